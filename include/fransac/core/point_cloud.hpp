@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Points as a structure of arrays.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+
+#include "fransac/core/aligned.hpp"
+#include "fransac/core/result.hpp"
+
+namespace fransac {
+
+/// A point cloud as three aligned float arrays. The arrays are readable up to `padded_size()`; the padding is NaN, so a
+/// kernel may work in whole vectors: a NaN is an inlier of nothing. A point of an organised cloud that was not measured
+/// is NaN as well and never a point at the origin.
+///
+/// Coordinates are metres relative to `origin`, which is kept in double: a cloud in UTM coordinates loses nothing.
+class PointCloud {
+ public:
+  /// Points that one padded block holds.
+  static constexpr std::size_t kBlock = kAlignment / sizeof(float);
+
+  PointCloud() = default;
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] std::size_t padded_size() const { return (size_ + kBlock - 1) / kBlock * kBlock; }
+
+  [[nodiscard]] const float* x() const { return x_.data(); }
+  [[nodiscard]] const float* y() const { return y_.data(); }
+  [[nodiscard]] const float* z() const { return z_.data(); }
+  float* x() { return x_.data(); }
+  float* y() { return y_.data(); }
+  float* z() { return z_.data(); }
+
+  /// The i-th point relative to `origin`.
+  [[nodiscard]] Eigen::Vector3d local(std::size_t i) const {
+    return {static_cast<double>(x_[i]), static_cast<double>(y_[i]), static_cast<double>(z_[i])};
+  }
+  /// The i-th point in the coordinates of the input.
+  [[nodiscard]] Eigen::Vector3d point(std::size_t i) const { return local(i) + origin; }
+  [[nodiscard]] bool finite(std::size_t i) const;
+
+  /// Sets the number of points; new points and the padding are NaN. Keeps capacity when shrinking.
+  void resize(std::size_t size);
+  /// Sets the number of points without touching those that stay and without initialising new ones; only the padding is set.
+  void resize_uninitialised(std::size_t size);
+  void clear() { resize_uninitialised(0); }
+  void set(std::size_t i, const Eigen::Vector3f& local_point);
+
+  /// Metres; added to every coordinate.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  /// Organised clouds: columns and rows, width * height == size(). Unorganised: height 1 (width = size()) or both 0.
+  int width = 0;
+  int height = 0;
+  [[nodiscard]] bool organised() const { return height > 1; }
+
+  /// Index in the input (pixel v * width + u, or point) of each point of a filtered cloud; empty: the identity.
+  AlignedVector<std::uint32_t> source;
+  [[nodiscard]] std::uint32_t source_of(std::size_t i) const {
+    return source.empty() ? static_cast<std::uint32_t>(i) : source[i];
+  }
+
+ private:
+  void pad();
+
+  AlignedVector<float> x_;
+  AlignedVector<float> y_;
+  AlignedVector<float> z_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace fransac

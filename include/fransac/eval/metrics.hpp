@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How well labels agree with the truth.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "fransac/core/plane.hpp"
+#include "fransac/core/result.hpp"
+
+namespace fransac::eval {
+
+/// Precision, recall and F1 (Zeineldin & El-Fishawy eqs. 3 to 5), from pixel counts.
+struct Detection {
+  std::uint64_t true_positives = 0;
+  std::uint64_t false_positives = 0;
+  std::uint64_t false_negatives = 0;
+
+  [[nodiscard]] double precision() const;  ///< TP / (TP + FP); 0 when nothing was predicted.
+  [[nodiscard]] double recall() const;     ///< TP / (TP + FN); 0 when nothing is true.
+  [[nodiscard]] double f1() const;         ///< Harmonic mean; 0 when both are 0.
+};
+
+/// Compares predicted label `predicted_label` with truth label 1 over the pixels whose truth is not 0 (ignored).
+/// Both images have one label per pixel; sizes must be equal (invalid_argument).
+Result<Detection> dominant_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
+                                 std::uint8_t predicted_label = 1);
+
+/// The same for the predicted plane that overlaps truth label 1 most (by intersection; ties: the lower label): fair where two planes
+/// are about equally large. The label itself is returned too; 0 when no predicted plane overlaps.
+struct BestDetection {
+  Detection detection;
+  std::uint8_t label = 0;
+};
+Result<BestDetection> best_overlap(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted);
+
+/// Matches of predicted to true planes, in the manner of EVOPS (Kornilova et al., "EVOPS Benchmark: Evaluation of Plane
+/// Segmentation from RGBD and LiDAR Data", 2022) and Hoover et al. (1996).
+struct InstanceMetrics {
+  int true_planes = 0;
+  int predicted_planes = 0;
+  struct AtIou {
+    double threshold = 0.0;
+    int matched = 0;
+    double precision = 0.0;
+    double recall = 0.0;
+    double f1 = 0.0;
+    double mean_iou = 0.0;  ///< Of the matched pairs; 0 without any.
+  };
+  AtIou at50;                          ///< IoU >= 0.5
+  AtIou at75;                          ///< IoU >= 0.75
+  double under_segmentation = 0.0;     ///< Share of the predicted planes that cover two or more true planes (Hoover: each overlap is most of the true plane).
+  double over_segmentation = 0.0;      ///< Share of the true planes that are covered by two or more predicted planes.
+  double missed = 0.0;                 ///< Share of the true planes without a match at 0.5.
+  double noise = 0.0;                  ///< Share of the predicted planes without a match at 0.5.
+  double weighted_iou = 0.0;           ///< Mean over true planes, weighted by pixels, of the best IoU with a predicted plane.
+  double plane_pixel_f1 = 0.0;         ///< F1 of "on some plane" over the judged pixels.
+};
+
+/// Planes (true or predicted) with fewer than `min_share` of the judged pixels (truth != 0) are left out; DESIGN: 0.5 %.
+Result<InstanceMetrics> instance_metrics(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
+                                         double min_share = 0.005);
+
+/// Errors of a plane against its true coefficients.
+struct PlaneError {
+  double angle_rad = 0.0;   ///< Between the normals, [0, pi/2].
+  double offset_m = 0.0;    ///< |d - d_true|, canonical signs (normals aligned first).
+};
+PlaneError plane_error(const Plane& truth, const Plane& predicted);
+
+}  // namespace fransac::eval

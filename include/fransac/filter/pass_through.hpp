@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Keep the points inside (or outside) an interval of one coordinate.
+#pragma once
+
+#include "fransac/core/point_cloud.hpp"
+#include "fransac/core/result.hpp"
+
+namespace fransac {
+
+enum class Axis { x, y, z };
+
+/// An interval of one coordinate, ends included.
+struct AxisLimits {
+  Axis axis = Axis::z;
+  double min_m = 0.0;    ///< Metres.
+  double max_m = 4.5;    ///< Metres. Zeineldin & El-Fishawy, section 3: Z in 0 to 4.5 m, the Kinect's useful range.
+  bool outside = false;  ///< Keep what lies outside the interval instead.
+
+  /// Whether a point with this coordinate (in the input's frame, metres) stays. NaN never stays.
+  [[nodiscard]] bool keeps(double coordinate) const {
+    const bool inside = coordinate >= min_m && coordinate <= max_m;
+    return outside ? coordinate < min_m || coordinate > max_m : inside;
+  }
+};
+
+/// Removes, in place and in order, the points that the limits do not keep, and those that are not finite.
+/// `cloud.source` is set when anything was removed; the cloud is no longer organised.
+void pass_through(const AxisLimits& limits, PointCloud& cloud);
+
+/// Removes the points that are not finite; `cloud.source` then names the input's points.
+void remove_invalid(PointCloud& cloud);
+
+}  // namespace fransac

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Point clouds as files: PCD and PLY through PCL's io library. Optional component `cloud_io`.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+#include "fransac/core/point_cloud.hpp"
+#include "fransac/core/result.hpp"
+
+namespace fransac::io {
+
+enum class CloudEncoding { ascii, binary, binary_compressed };  ///< binary_compressed is PCD only.
+
+/// Reads a PCD (ascii, binary, binary_compressed) or PLY (ascii, binary, both byte orders) file; which it is, is found
+/// from the content. Needs fields x, y, z (float or double). The origin is chosen near the cloud's centre when its
+/// coordinates are too large for float (|coordinate| > 1000 m), else zero. Organised clouds keep width x height.
+/// Points that are not finite stay NaN. A PCD's VIEWPOINT is not applied.
+/// Every size in the header is checked against the file's size before memory is taken.
+Result<PointCloud> read_cloud(const std::filesystem::path& file);
+
+/// Writes a cloud as PCD or PLY (by the file's extension), with a colour per point by label when `labels` is not empty
+/// (one per point; io::label_colour; grey for no plane) and the label itself as a field. Temporary name, then renamed.
+Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
+                   CloudEncoding encoding = CloudEncoding::binary);
+
+}  // namespace fransac::io

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Finding frames: single files, folders of frames, TUM RGB-D sequences, clouds.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fransac/core/camera.hpp"
+#include "fransac/core/plane.hpp"
+#include "fransac/core/result.hpp"
+#include "fransac/io/image.hpp"
+
+namespace fransac::io {
+
+/// What an input is; found from its content, then from its name.
+enum class InputKind {
+  depth_png,     ///< A 16-bit PNG.
+  frame,         ///< A folder with depth.png (and camera.json): one frame.
+  dataset,       ///< A folder whose sub-folders are frames, with or without dataset.json; or a folder of depth PNGs with a camera.json.
+  tum_sequence,  ///< A folder with depth.txt.
+  pcd,
+  ply,
+};
+std::string_view to_string(InputKind kind);
+
+/// Errors: io when it does not exist or cannot be read; format when it is none of the kinds (the message says what was looked for).
+Result<InputKind> detect_kind(const std::filesystem::path& input);
+
+/// The truth that a dataset's labels hold.
+enum class Truth {
+  none,
+  dominant,  ///< Only label 1, the dominant plane, is annotated.
+  planes,    ///< All planes are annotated.
+};
+
+/// Where a frame's files are; nothing is loaded yet.
+struct FrameFiles {
+  std::string name;                               ///< Scene name: the frame folder's name, or the timestamp of a sequence.
+  std::filesystem::path depth;                    ///< 16-bit PNG.
+  std::optional<std::filesystem::path> colour;    ///< JPEG or PNG.
+  std::optional<std::filesystem::path> labels;    ///< 8-bit PNG.
+  std::optional<std::filesystem::path> truth;     ///< truth.json with plane coefficients.
+  std::optional<std::filesystem::path> camera_file;
+  std::optional<Camera> camera;                   ///< Known without a file (TUM).
+  std::optional<double> timestamp_s;
+};
+
+struct Dataset {
+  std::string name;     ///< The folder's name.
+  InputKind kind = InputKind::dataset;
+  Truth truth = Truth::none;
+  std::string sensor;   ///< dataset.json's "sensor", or empty.
+  std::vector<FrameFiles> frames;  ///< Sorted by name; a sequence: by time.
+};
+
+/// Lists the frames of a depth PNG, a frame folder, a dataset or a TUM sequence (not of a cloud).
+/// TUM: depth.txt lines "timestamp filename", '#' comments; rgb.txt associated by nearest timestamp within 20 ms;
+/// intrinsics from camera.json beside it, else from the folder's name (freiburg1..3).
+/// A folder without a frame is a no_data error; a depth.txt line that cannot be read is a format error naming file and line.
+Result<Dataset> list_frames(const std::filesystem::path& input);
+
+/// A loaded frame.
+struct Frame {
+  std::string name;
+  Camera camera;
+  DepthImage depth;
+  std::optional<LabelImage> labels;
+  std::vector<std::pair<int, Plane>> true_planes;  ///< (label, plane) from truth.json, canonical sign.
+
+  [[nodiscard]] DepthView view() const { return io::view(depth, camera.depth_scale); }
+};
+
+/// Loads depth, camera (`camera_file` overrides what the frame has; neither is an error that names both), labels and truth.
+/// Camera and labels must have the depth image's size.
+Result<Frame> load_frame(const FrameFiles& files, const std::optional<std::filesystem::path>& camera_file = std::nullopt);
+
+/// Writes one frame folder in the frames format: depth.png, camera.json, and, where given, labels.png, rgb.png, truth.json.
+struct FrameToWrite {
+  Camera camera;
+  DepthImage depth;
+  std::optional<LabelImage> labels;
+  std::optional<ColourImage> colour;
+  std::vector<std::pair<int, Plane>> true_planes;
+};
+Status write_frame(const std::filesystem::path& folder, const FrameToWrite& frame);
+/// Writes dataset.json into a folder of frames.
+Status write_dataset_json(const std::filesystem::path& folder, Truth truth, const std::string& sensor);
+
+}  // namespace fransac::io

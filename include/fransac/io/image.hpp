@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Images as files.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fransac/core/camera.hpp"
+#include "fransac/core/depth_image.hpp"
+#include "fransac/core/result.hpp"
+
+namespace fransac::io {
+
+/// Rows of `channels` interleaved values without gaps.
+template <class T>
+struct Image {
+  int width = 0;
+  int height = 0;
+  int channels = 1;
+  std::vector<T> pixels;  ///< width * height * channels.
+
+  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+};
+using DepthImage = Image<std::uint16_t>;
+using LabelImage = Image<std::uint8_t>;
+using ColourImage = Image<std::uint8_t>;  ///< Three channels: red, green, blue.
+
+/// Reads a 16-bit greyscale PNG. Any other PNG is a format error that says what it is.
+Result<DepthImage> read_depth_png(const std::filesystem::path& file);
+/// The same from memory; `name` stands for the file in messages.
+Result<DepthImage> decode_depth_png(std::span<const std::byte> bytes, const std::string& name);
+/// Reads an 8-bit greyscale PNG.
+Result<LabelImage> read_label_png(const std::filesystem::path& file);
+Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std::string& name);
+/// Reads an 8-bit colour picture, JPEG or PNG (found from the content), as red, green, blue.
+Result<ColourImage> read_colour_image(const std::filesystem::path& file);
+Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const std::string& name);
+
+/// Writes a PNG: 16-bit grey for depth, 8-bit grey for one channel, 8-bit colour for three. Temporary name, then renamed.
+Status write_png(const std::filesystem::path& file, const DepthImage& image);
+Status write_png(const std::filesystem::path& file, const Image<std::uint8_t>& image);
+Result<std::vector<std::byte>> encode_png(const DepthImage& image);
+Result<std::vector<std::byte>> encode_png(const Image<std::uint8_t>& image);
+
+/// A view of an image with the camera's depth scale.
+DepthView view(const DepthImage& image, double depth_scale);
+
+}  // namespace fransac::io

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Pictures of a segmentation.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "fransac/core/depth_image.hpp"
+#include "fransac/io/image.hpp"
+
+namespace fransac::io {
+
+/// Distinct colours for labels 1, 2, …; the same label always has the same colour.
+std::array<std::uint8_t, 3> label_colour(std::uint8_t label);
+
+/// Planes in colour (blended, with their borders drawn full) over the colour picture when it is given and has the same
+/// size, else over the depth image shaded by distance. Pixels without depth are dark.
+ColourImage overlay(const DepthView& depth, std::span<const std::uint8_t> labels, const ColourImage* background);
+
+}  // namespace fransac::io

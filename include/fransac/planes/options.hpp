@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Everything a user can choose about plane segmentation. Each default stands here and nowhere else: help texts, checks and
+/// bindings read `for_each_option`.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string_view>
+
+#include "fransac/core/labels.hpp"
+#include "fransac/filter/pass_through.hpp"
+#include "fransac/filter/voxel_grid.hpp"
+#include "fransac/sac/plane_problem.hpp"
+
+namespace fransac {
+
+/// The methods that Zeineldin & El-Fishawy compare. What each consists of stands in planes/methods.cc.
+enum class Method {
+  automatic,     ///< The best available for the kind of input; at present `fransac`.
+  fransac,       ///< Pass-through, voxel grid, RANSAC with both stops.
+  voxel_ransac,  ///< Voxel grid, RANSAC.
+  rransac,       ///< RANSAC with the T(d,d) pre-test on the full cloud.
+  ransac,        ///< RANSAC on the full cloud.
+};
+
+/// Where full-resolution labels come from.
+enum class LabelsFrom {
+  pixels,  ///< Every valid source pixel within the threshold of the final plane.
+  leaves,  ///< The paper's way: every pixel whose voxel-grid leaf is an inlier. Without a voxel grid the same as pixels.
+};
+
+struct PassThroughOptions {
+  std::optional<bool> use;  ///< Unset: `fransac` on depth images only (a cloud's axes mean nothing by themselves).
+  AxisLimits limits;
+};
+
+struct VoxelGridOptions {
+  double leaf_size_m = 0.02;                    ///< Zeineldin & El-Fishawy, section 4.
+  LeafPoint leaf_point = LeafPoint::centroid;
+};
+
+struct RansacPlaneOptions {
+  double threshold_m = 0.01;                    ///< t of eq. (1). Zeineldin & El-Fishawy, section 4.
+  double probability = 0.99;                    ///< p of eq. (2).
+  int max_iterations = 1000;                    ///< The cap I.
+  std::optional<int> pretest_points;            ///< d of T(d,d). Unset: 1 for `rransac` (Matas & Chum 2004), else 0.
+  sac::Scoring scoring = sac::Scoring::msac;
+  bool local_optimisation = true;
+  bool refine = true;                           ///< Final least squares on the inliers.
+};
+
+struct SegmentOptions {
+  Method method = Method::automatic;
+  int max_planes = 1;                ///< 0: all, up to kMaxPlanes.
+  double min_support = 0.02;         ///< Smallest support of a plane, as a share of the points that are sampled.
+  LabelsFrom labels_from = LabelsFrom::pixels;
+  std::uint64_t seed = 0;
+  int threads = 1;                   ///< 0: all cores. Never changes the answer.
+  PassThroughOptions pass_through;
+  VoxelGridOptions voxel_grid;
+  RansacPlaneOptions ransac;
+};
+
+/// What a front end needs to know of one option. `Value` is double, int, std::uint64_t, bool, an enum, or a
+/// std::optional of one of these (unset: the method decides).
+struct OptionInfo {
+  std::string_view name;   ///< As on the command line, without dashes; words joined by "-".
+  std::string_view unit;   ///< "m", "points", … or empty.
+  std::string_view help;   ///< One sentence without the default, which the value itself tells.
+  double min = -std::numeric_limits<double>::infinity();  ///< Smallest valid number.
+  double max = std::numeric_limits<double>::infinity();   ///< Largest valid number.
+  bool open_min = false;   ///< Whether `min` itself is invalid.
+  bool open_max = false;   ///< Whether `max` itself is invalid.
+};
+
+/// Calls visit(info, value&) for every option; the one list of names, units, ranges and help texts.
+template <class Options, class Visitor>
+void for_each_option(Options& o, Visitor&& visit) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  constexpr double kIntMax = std::numeric_limits<int>::max();
+  visit(OptionInfo{"method", "", "how planes are found"}, o.method);
+  visit(OptionInfo{"planes", "planes", "how many planes to peel off, or 'all'", 0, kMaxPlanes}, o.max_planes);
+  visit(OptionInfo{"min-support", "share", "smallest support of a plane, as a share of the sampled points", 0, 1}, o.min_support);
+  visit(OptionInfo{"labels-from", "", "label every pixel near a plane, or the pixels whose leaf is an inlier (the paper)"}, o.labels_from);
+  visit(OptionInfo{"seed", "", "seed of the random samples"}, o.seed);
+  visit(OptionInfo{"threads", "threads", "threads to use, 0 for all cores; never changes the answer", 0, 1024}, o.threads);
+  visit(OptionInfo{"pass-through", "", "keep only points within limits along an axis"}, o.pass_through.use);
+  visit(OptionInfo{"pass-through-axis", "", "the axis that the limits apply to"}, o.pass_through.limits.axis);
+  visit(OptionInfo{"pass-through-min", "m", "lower limit", -kInf, kInf, true, true}, o.pass_through.limits.min_m);
+  visit(OptionInfo{"pass-through-max", "m", "upper limit", -kInf, kInf, true, true}, o.pass_through.limits.max_m);
+  visit(OptionInfo{"pass-through-outside", "", "keep what lies outside the limits instead"}, o.pass_through.limits.outside);
+  visit(OptionInfo{"leaf-size", "m", "edge of a voxel-grid leaf", 0, kInf, true, true}, o.voxel_grid.leaf_size_m);
+  visit(OptionInfo{"leaf-point", "", "the point that stands for a leaf"}, o.voxel_grid.leaf_point);
+  visit(OptionInfo{"threshold", "m", "largest distance of an inlier to its plane", 0, kInf, true, true}, o.ransac.threshold_m);
+  visit(OptionInfo{"probability", "", "confidence of having drawn a sample of inliers only", 0, 1, true, true}, o.ransac.probability);
+  visit(OptionInfo{"max-iterations", "hypotheses", "cap on the hypotheses per plane", 1, kIntMax}, o.ransac.max_iterations);
+  visit(OptionInfo{"pretest-points", "points", "d of the T(d,d) pre-test, 0 for none", 0, 100}, o.ransac.pretest_points);
+  visit(OptionInfo{"scoring", "", "compare hypotheses by inlier count or truncated squared distance"}, o.ransac.scoring);
+  visit(OptionInfo{"local-optimisation", "", "refit every new best hypothesis to its inliers"}, o.ransac.local_optimisation);
+  visit(OptionInfo{"refine", "", "least-squares fit of the final plane to its inliers"}, o.ransac.refine);
+}
+
+/// The names of an enum's values, in order of the values: {"auto", "fransac", …}. Specialised for every enum above.
+template <class Enum>
+struct EnumNames;
+template <>
+struct EnumNames<Method> {
+  static constexpr std::string_view values[] = {"auto", "fransac", "voxel-ransac", "rransac", "ransac"};
+};
+template <>
+struct EnumNames<LabelsFrom> {
+  static constexpr std::string_view values[] = {"pixels", "leaves"};
+};
+template <>
+struct EnumNames<Axis> {
+  static constexpr std::string_view values[] = {"x", "y", "z"};
+};
+template <>
+struct EnumNames<LeafPoint> {
+  static constexpr std::string_view values[] = {"centroid", "centre"};
+};
+template <>
+struct EnumNames<sac::Scoring> {
+  static constexpr std::string_view values[] = {"inliers", "msac"};
+};
+
+template <class Enum>
+constexpr std::string_view enum_name(Enum value) {
+  return EnumNames<Enum>::values[static_cast<int>(value)];
+}
+
+/// Checks every range, and that the pass-through limits are in order. The message names the option.
+Status validate(const SegmentOptions& options);
+
+}  // namespace fransac

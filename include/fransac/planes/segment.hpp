@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Planes of a depth image or a point cloud.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "fransac/core/camera.hpp"
+#include "fransac/core/depth_image.hpp"
+#include "fransac/core/plane.hpp"
+#include "fransac/core/point_cloud.hpp"
+#include "fransac/core/result.hpp"
+#include "fransac/planes/options.hpp"
+#include "fransac/sac/stopping.hpp"
+
+namespace fransac {
+
+struct PlaneSegment {
+  int id = 0;                  ///< Its label, from 1.
+  Plane plane;                 ///< In the input's coordinates (depth images: the camera's optical frame), metres.
+  std::uint64_t inliers = 0;   ///< Pixels or points with this label.
+  std::uint64_t support = 0;   ///< Sampled points (leaves, for the voxel methods) within the threshold when it was found.
+  double rms_m = 0.0;          ///< Root mean square distance of the labelled points to the plane, metres.
+  double area_m2 = 0.0;        ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a grid on the plane.
+};
+
+/// The stages of a segmentation, in the order of the paper's figure 2.
+enum class Stage { deproject, pass_through, voxel_grid, ransac, labels };
+inline constexpr int kStages = 5;
+template <>
+struct EnumNames<Stage> {
+  static constexpr std::string_view values[] = {"deproject", "pass_through", "voxel_grid", "ransac", "labels"};
+};
+
+struct Timing {
+  std::array<double, kStages> stage_ms{};  ///< 0 where a method has no such stage.
+  double total_ms = 0.0;
+};
+
+struct Segmentation {
+  Method method = Method::fransac;   ///< The method that ran; never `automatic`.
+  int width = 0;                     ///< Of the label image; unorganised clouds: the number of points.
+  int height = 0;                    ///< 1 for unorganised clouds.
+  std::vector<std::uint8_t> labels;  ///< One per pixel or point, row by row; see core/labels.hpp.
+  std::vector<PlaneSegment> planes;  ///< Most support first; planes[i].id == i + 1.
+
+  std::uint64_t valid_points = 0;    ///< Measured pixels or finite points of the input.
+  std::uint64_t sampled_points = 0;  ///< Points that were sampled: after pass-through and voxel grid.
+  std::uint64_t iterations = 0;      ///< Hypotheses, over all planes.
+  std::uint64_t rejected = 0;        ///< Of them rejected by the pre-test.
+  std::uint64_t degenerate = 0;      ///< Degenerate samples thrown away.
+  StopReason stop_reason = StopReason::max_iterations;  ///< Of the first plane's search.
+  Timing timing;
+};
+
+/// Buffers kept from one call to the next, so that a stream of frames does not allocate. Not for concurrent use.
+class Workspace {
+ public:
+  Workspace();
+  ~Workspace();
+  Workspace(Workspace&&) noexcept;
+  Workspace& operator=(Workspace&&) noexcept;
+
+  struct Impl;
+  Impl& impl() { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Finds planes in a depth image. `camera` must have the image's size; its depth_scale is not read (the view has its own).
+/// Errors: invalid_argument (options, camera, view), no_data (fewer than three measured pixels, or none within the
+/// pass-through limits, or all points collinear), out_of_memory. A frame in which no plane has `min_support` is no
+/// error: `planes` is empty.
+Result<Segmentation> segment(const DepthView& depth, const Camera& camera, const SegmentOptions& options = {});
+/// The same, reusing the memory of `workspace` and `segmentation`.
+Status segment(const DepthView& depth, const Camera& camera, const SegmentOptions& options, Workspace& workspace,
+               Segmentation& segmentation);
+
+/// Finds planes in a point cloud, organised or not. Points that are not finite get label 0.
+Result<Segmentation> segment(const PointCloud& cloud, const SegmentOptions& options = {});
+Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation);
+
+}  // namespace fransac

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fransac/core/parallel.hpp"
+
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+namespace fransac {
+
+int resolve_threads(int threads) { return threads > 0 ? threads : tbb::info::default_concurrency(); }
+
+void parallel_for(int threads, std::size_t n, IndexFunction body) {
+  const int count = resolve_threads(threads);
+  if (count == 1 || n <= 1) {
+    for (std::size_t i = 0; i < n; ++i) body(i);
+    return;
+  }
+  tbb::task_arena arena(count);
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { body(i); }); });
+}
+
+}  // namespace fransac
