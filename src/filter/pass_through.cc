@@ -1,2 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fransac/filter/pass_through.hpp"
+
+#include <numeric>
+
+namespace fransac {
+namespace {
+
+/// Moves the points for which keep(i) holds to the front, in order.
+template <class Keep>
+void compact(PointCloud& cloud, const Keep& keep) {
+  if (cloud.source.empty()) {
+    cloud.source.resize(cloud.size());
+    std::iota(cloud.source.begin(), cloud.source.end(), 0U);
+  }
+  float* const x = cloud.x();
+  float* const y = cloud.y();
+  float* const z = cloud.z();
+  std::uint32_t* const source = cloud.source.data();
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const bool kept = keep(i);
+    x[k] = x[i];
+    y[k] = y[i];
+    z[k] = z[i];
+    source[k] = source[i];
+    k += static_cast<std::size_t>(kept);
+  }
+  cloud.source.resize(k);
+  cloud.resize_uninitialised(k);
+  cloud.width = static_cast<int>(k);
+  cloud.height = 1;
+}
+
+/// Whether all three coordinates are finite, without a branch: 0 times infinity or NaN is NaN.
+struct FiniteTest {
+  explicit FiniteTest(const PointCloud& cloud) : x(cloud.x()), y(cloud.y()), z(cloud.z()) {}
+  bool operator()(std::size_t i) const { return x[i] * 0.0F + y[i] * 0.0F + z[i] * 0.0F == 0.0F; }
+  const float* x;
+  const float* y;
+  const float* z;
+};
+
+}  // namespace
+
+void pass_through(const AxisLimits& limits, PointCloud& cloud) {
+  const auto axis = static_cast<Eigen::Index>(limits.axis);
+  const double origin = cloud.origin[axis];
+  const float* const coordinate = axis == 0 ? cloud.x() : axis == 1 ? cloud.y() : cloud.z();
+  compact(cloud, [=, finite = FiniteTest(cloud)](std::size_t i) {
+    return limits.keeps(static_cast<double>(coordinate[i]) + origin) & finite(i);
+  });
+}
+
+void remove_invalid(PointCloud& cloud) { compact(cloud, FiniteTest(cloud)); }
+
+}  // namespace fransac

@@ -1,2 +1,179 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fransac/filter/voxel_grid.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "kernels/points.h"
+
+namespace fransac {
+namespace {
+
+using Slot = VoxelGrid::Slot;
+
+/// Point to key: along each axis, index = floor(p / leaf) - (smallest index), packed into as many bits as the cloud needs.
+struct Lattice {
+  double per_leaf = 0.0;
+  double leaf_size = 0.0;
+  std::array<double, 3> offset{};         ///< Added to local coordinate / leaf: makes every index start at 0.
+  std::array<double, 3> smallest_index{};  ///< Of the leaves, in the lattice of the input's coordinates.
+  std::array<int, 3> shift{};
+
+  [[nodiscard]] std::uint64_t key(float x, float y, float z) const {
+    // Truncation is floor here: nothing is negative.
+    const auto index = [this](float c, std::size_t axis) {
+      return static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<double>(c) * per_leaf + offset[axis]));
+    };
+    return index(x, 0) | index(y, 1) << shift[1] | index(z, 2) << shift[2];
+  }
+
+  /// The middle of a leaf in local coordinates, metres.
+  [[nodiscard]] Eigen::Vector3d centre(std::uint64_t key) const {
+    const std::array<std::uint64_t, 3> index{key & ((std::uint64_t{1} << shift[1]) - 1),
+                                             (key >> shift[1]) & ((std::uint64_t{1} << (shift[2] - shift[1])) - 1), key >> shift[2]};
+    const auto middle = [&](std::size_t axis) { return (static_cast<double>(index[axis]) + 0.5 - offset[axis]) * leaf_size; };
+    return {middle(0), middle(1), middle(2)};
+  }
+};
+
+Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
+  if (!(leaf_size_m > 0.0) || !std::isfinite(leaf_size_m)) {
+    return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
+  }
+  Lattice lattice;
+  lattice.per_leaf = 1.0 / leaf_size_m;
+  lattice.leaf_size = leaf_size_m;
+  const std::array<const float*, 3> coordinates{cloud.x(), cloud.y(), cloud.z()};
+  int bits = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const kernels::Bounds bounds = kernels::bounds(coordinates[axis], cloud.padded_size());
+    const double origin = cloud.origin[static_cast<Eigen::Index>(axis)] * lattice.per_leaf;
+    lattice.smallest_index[axis] = std::floor(static_cast<double>(bounds.min) * lattice.per_leaf + origin);
+    lattice.offset[axis] = origin - lattice.smallest_index[axis];
+    const double largest = static_cast<double>(bounds.max) * lattice.per_leaf + lattice.offset[axis];
+    // Doubles hold whole numbers exactly up to 2^53; beyond that floor() means nothing.
+    const bool countable = std::abs(lattice.smallest_index[axis]) < 0x1p53 && largest < 0x1p53;
+    lattice.shift[axis] = bits;
+    bits += countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest))) : 64;
+    if (bits > 64) {
+      return Error{ErrorCode::invalid_argument, "leaf-size: " + std::to_string(leaf_size_m) +
+                                                    " m divides the cloud into more than 2^64 leaves; take a larger one"};
+    }
+  }
+  // A shift by the full width is undefined; an axis that starts there has only the index 0.
+  for (int& shift : lattice.shift) shift = std::min(shift, 63);
+  return lattice;
+}
+
+/// Leaf numbers by key: open addressing with linear probing. A slot belongs to the current cloud when its frame number
+/// does, so nothing is cleared between clouds.
+class LeafTable {
+ public:
+  explicit LeafTable(VoxelGrid& grid) : table_(grid.table), frame_(grid.frame) {
+    constexpr std::size_t kFirstCapacity = std::size_t{1} << 14;
+    if (table_.empty()) table_.assign(kFirstCapacity, Slot{});
+    if (frame_ == std::numeric_limits<std::uint32_t>::max()) {
+      std::fill(table_.begin(), table_.end(), Slot{});
+      frame_ = 0;
+    }
+    ++frame_;
+  }
+
+  /// The slot of a key; its frame differs from `frame()` when the key is new.
+  Slot& find(std::uint64_t key) {
+    constexpr std::uint64_t kFibonacci = 0x9E3779B97F4A7C15;  // 2^64 / golden ratio (Knuth, TAOCP 3, 6.4)
+    const std::size_t mask = table_.size() - 1;
+    std::size_t i = static_cast<std::size_t>((key * kFibonacci) >> std::countl_zero(mask));
+    while (table_[i].frame == frame_ && table_[i].key != key) i = (i + 1) & mask;
+    return table_[i];
+  }
+
+  std::uint32_t find_or_add(std::uint64_t key) {
+    Slot& slot = find(key);
+    if (slot.frame == frame_) return slot.leaf;
+    slot = {key, leaves_, frame_};
+    if (2 * ++leaves_ > table_.size()) grow();
+    return leaves_ - 1;
+  }
+
+  [[nodiscard]] std::uint32_t leaves() const { return leaves_; }
+
+ private:
+  void grow() {
+    AlignedVector<Slot> old(2 * table_.size(), Slot{});
+    old.swap(table_);
+    for (const Slot& slot : old) {
+      if (slot.frame == frame_) find(slot.key) = slot;
+    }
+  }
+
+  AlignedVector<Slot>& table_;
+  std::uint32_t& frame_;
+  std::uint32_t leaves_ = 0;
+};
+
+/// Numbers the leaves and adds up their points. Neighbours mostly share a leaf, so a run of equal keys is looked up once
+/// and added up in registers.
+void accumulate(const PointCloud& cloud, const Lattice& lattice, VoxelGrid& grid) {
+  LeafTable table(grid);
+  grid.leaf_of.resize(cloud.size());
+  grid.point_count.clear();
+  grid.keys.clear();
+  grid.sums.clear();
+  const float* const x = cloud.x();
+  const float* const y = cloud.y();
+  const float* const z = cloud.z();
+  for (std::size_t i = 0; i < cloud.size();) {
+    const std::uint64_t key = lattice.key(x[i], y[i], z[i]);
+    const std::uint32_t leaf = table.find_or_add(key);
+    if (leaf == grid.point_count.size()) {
+      grid.point_count.push_back(0);
+      grid.keys.push_back(key);
+      grid.sums.insert(grid.sums.end(), 3, 0.0);
+    }
+    const std::size_t first = i;
+    std::array<double, 3> sum{};
+    do {
+      sum[0] += static_cast<double>(x[i]);
+      sum[1] += static_cast<double>(y[i]);
+      sum[2] += static_cast<double>(z[i]);
+      grid.leaf_of[i] = leaf;
+      ++i;
+    } while (i < cloud.size() && lattice.key(x[i], y[i], z[i]) == key);
+    grid.point_count[leaf] += static_cast<std::uint32_t>(i - first);
+    for (std::size_t axis = 0; axis < 3; ++axis) grid.sums[3 * leaf + axis] += sum[axis];
+  }
+}
+
+}  // namespace
+
+Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid) {
+  grid.leaves.origin = cloud.origin;
+  grid.leaves.source.clear();
+  grid.leaves.clear();
+  if (cloud.empty()) {
+    grid.leaf_of.clear();
+    grid.point_count.clear();
+    return {};
+  }
+  const Result<Lattice> lattice = make_lattice(cloud, leaf_size_m);
+  if (!lattice) return lattice.error();
+  accumulate(cloud, *lattice, grid);
+
+  const std::size_t leaves = grid.point_count.size();
+  grid.leaves.resize_uninitialised(leaves);
+  grid.leaves.width = static_cast<int>(leaves);
+  grid.leaves.height = 1;
+  for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
+    const Eigen::Map<const Eigen::Vector3d> sum(&grid.sums[3 * leaf]);
+    const Eigen::Vector3d point = leaf_point == LeafPoint::centroid ? sum / grid.point_count[leaf] : lattice->centre(grid.keys[leaf]);
+    grid.leaves.set(leaf, point.cast<float>());
+  }
+  return {};
+}
+
+}  // namespace fransac

@@ -18,8 +18,9 @@ struct AxisLimits {
 
   /// Whether a point with this coordinate (in the input's frame, metres) stays. NaN never stays.
   [[nodiscard]] bool keeps(double coordinate) const {
-    const bool inside = coordinate >= min_m && coordinate <= max_m;
-    return outside ? coordinate < min_m || coordinate > max_m : inside;
+    const bool inside = (coordinate >= min_m) & (coordinate <= max_m);  // no branch: this runs once per point
+    const bool comparable = coordinate == coordinate;
+    return (inside != outside) & comparable;
   }
 };
 

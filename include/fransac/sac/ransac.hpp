@@ -49,6 +49,7 @@ struct RansacOptions {
   int pretest_points = 0;                ///< d of T(d,d); 0 is standard RANSAC.
   bool local_optimisation = true;        ///< Refit every new best model to its inliers while that raises its score (LO-RANSAC).
   std::uint64_t seed = 0;
+  std::uint32_t round = 0;               ///< Tells several searches with one seed apart: hypothesis i draws from stream (round << 32) + i.
   int threads = 1;                       ///< 0: all cores. Never changes the answer.
 };
 
@@ -90,7 +91,7 @@ struct Hypothesis {
 /// Hypothesis i: a pure function of the problem, the seed and i.
 template <SamplingProblem Problem>
 Hypothesis<typename Problem::Model> draw_hypothesis(const Problem& problem, const RansacOptions& options, std::uint64_t i) {
-  RandomStream random(options.seed, i);
+  RandomStream random(options.seed, (std::uint64_t{options.round} << 32) + i);
   Hypothesis<typename Problem::Model> hypothesis;
   const auto n = static_cast<std::uint32_t>(problem.num_data());
   for (int attempt = 0; attempt < kMaxSampleAttempts && !hypothesis.model; ++attempt) {
@@ -114,18 +115,21 @@ struct RansacWorkspace {
   std::vector<Score> scores;
 };
 
-/// Refits the best model to its inliers for as long as the score rises; at most 10 times.
+/// Refits the best model to its inliers for as long as that raises the score (LO-RANSAC: Chum, Matas, Kittler 2003).
 template <SamplingProblem Problem>
 void optimise_locally(const Problem& problem, RansacResult<typename Problem::Model>& best) {
   constexpr int kMaxRefits = 10;
+  constexpr double kWorthwhile = 1e-3;  // a relative rise below this does not pay for another look at all data
   for (int refit = 0; refit < kMaxRefits; ++refit) {
     const std::optional<typename Problem::Model> refined = problem.refine(*best.model);
     if (!refined) return;
     Score score;
     problem.score(std::span(&*refined, 1), best.score, std::span(&score, 1));
     if (score.value <= best.score.value) return;
+    const double rise = score.value - best.score.value;
     best.model = refined;
     best.score = score;
+    if (rise < kWorthwhile * score.value) return;
   }
 }
 

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Width-agnostic bodies, compiled once per instruction set by points.cc. See points.h for what each computes.
+// The usual include guard of Highway: this file is read once per target.
+#if defined(FRANSAC_KERNELS_POINTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef FRANSAC_KERNELS_POINTS_INL_H_
+#undef FRANSAC_KERNELS_POINTS_INL_H_
+#else
+#define FRANSAC_KERNELS_POINTS_INL_H_
+#endif
+
+#include <cmath>
+#include <limits>
+
+#include "hwy/highway.h"
+#include "kernels/points.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace fransac::kernels {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// At most one block per vector, so that n is a whole number of vectors.
+using FloatTag = hn::CappedTag<float, kBlock>;
+using Float = hn::Vec<FloatTag>;
+
+Bounds BoundsOf(const float* HWY_RESTRICT values, std::size_t n) {
+  const FloatTag d;
+  const std::size_t lanes = hn::Lanes(d);
+  Float min = hn::Set(d, std::numeric_limits<float>::infinity());
+  Float max = hn::Set(d, -std::numeric_limits<float>::infinity());
+  for (std::size_t i = 0; i < n; i += lanes) {
+    const Float v = hn::Load(d, values + i);
+    min = hn::IfThenElse(hn::Lt(v, min), v, min);
+    max = hn::IfThenElse(hn::Gt(v, max), v, max);
+  }
+  return {hn::GetLane(hn::MinOfLanes(d, min)), hn::GetLane(hn::MaxOfLanes(d, max))};
+}
+
+struct PlaneV {
+  explicit PlaneV(const PlaneF& plane)
+      : a(hn::Set(FloatTag(), plane.a)), b(hn::Set(FloatTag(), plane.b)), c(hn::Set(FloatTag(), plane.c)), d(hn::Set(FloatTag(), plane.d)) {}
+  HWY_INLINE Float Residual(Float x, Float y, Float z) const { return hn::MulAdd(a, x, hn::MulAdd(b, y, hn::MulAdd(c, z, d))); }
+  Float a, b, c, d;
+};
+
+std::uint32_t CountInliers(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
+                           const PlaneF& plane, float threshold) {
+  const FloatTag d;
+  const hn::RebindToSigned<FloatTag> di;
+  const std::size_t lanes = hn::Lanes(d);
+  const PlaneV p(plane);
+  const Float t = hn::Set(d, threshold);
+  auto count = hn::Zero(di);
+  for (std::size_t i = 0; i < n; i += lanes) {
+    const Float r = p.Residual(hn::Load(d, x + i), hn::Load(d, y + i), hn::Load(d, z + i));
+    const auto inlier = hn::Le(hn::Abs(r), t);
+    count = hn::Sub(count, hn::VecFromMask(di, hn::RebindMask(di, inlier)));  // a true lane is -1
+  }
+  return static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)));
+}
+
+Msac MsacOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n, const PlaneF& plane,
+            float threshold) {
+  const FloatTag d;
+  const hn::RebindToSigned<FloatTag> di;
+  const std::size_t lanes = hn::Lanes(d);
+  const PlaneV p(plane);
+  const Float t = hn::Set(d, threshold);
+  const Float per_t = hn::Set(d, 1.0F / threshold);
+  const Float one = hn::Set(d, 1.0F);
+  Float gain = hn::Zero(d);
+  auto count = hn::Zero(di);
+  for (std::size_t i = 0; i < n; i += lanes) {
+    const Float r = p.Residual(hn::Load(d, x + i), hn::Load(d, y + i), hn::Load(d, z + i));
+    const auto inlier = hn::Le(hn::Abs(r), t);
+    const Float share = hn::Mul(r, per_t);
+    gain = hn::Add(gain, hn::IfThenElseZero(inlier, hn::NegMulAdd(share, share, one)));
+    count = hn::Sub(count, hn::VecFromMask(di, hn::RebindMask(di, inlier)));
+  }
+  return {hn::GetLane(hn::SumOfLanes(d, gain)), static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)))};
+}
+
+InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
+                              const PlaneF& plane, float threshold) {
+  const hn::CappedTag<double, kBlock / 2> dd;
+  const hn::Rebind<float, decltype(dd)> df;  // as many floats as fit into a vector of doubles
+  const std::size_t lanes = hn::Lanes(dd);
+  const auto a = hn::Set(df, plane.a);
+  const auto b = hn::Set(df, plane.b);
+  const auto c = hn::Set(df, plane.c);
+  const auto e = hn::Set(df, plane.d);
+  const auto t = hn::Set(df, threshold);
+  auto sx = hn::Zero(dd), sy = hn::Zero(dd), sz = hn::Zero(dd);
+  auto xx = hn::Zero(dd), xy = hn::Zero(dd), xz = hn::Zero(dd), yy = hn::Zero(dd), yz = hn::Zero(dd), zz = hn::Zero(dd);
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < n; i += lanes) {
+    const auto fx = hn::Load(df, x + i);
+    const auto fy = hn::Load(df, y + i);
+    const auto fz = hn::Load(df, z + i);
+    const auto r = hn::MulAdd(a, fx, hn::MulAdd(b, fy, hn::MulAdd(c, fz, e)));
+    const auto inlier = hn::Le(hn::Abs(r), t);
+    const std::size_t inliers = hn::CountTrue(df, inlier);
+    if (inliers == 0) continue;
+    count += inliers;
+    const auto px = hn::PromoteTo(dd, hn::IfThenElseZero(inlier, fx));
+    const auto py = hn::PromoteTo(dd, hn::IfThenElseZero(inlier, fy));
+    const auto pz = hn::PromoteTo(dd, hn::IfThenElseZero(inlier, fz));
+    sx = hn::Add(sx, px);
+    sy = hn::Add(sy, py);
+    sz = hn::Add(sz, pz);
+    xx = hn::MulAdd(px, px, xx);
+    xy = hn::MulAdd(px, py, xy);
+    xz = hn::MulAdd(px, pz, xz);
+    yy = hn::MulAdd(py, py, yy);
+    yz = hn::MulAdd(py, pz, yz);
+    zz = hn::MulAdd(pz, pz, zz);
+  }
+  const auto sum = [&](auto v) { return hn::GetLane(hn::SumOfLanes(dd, v)); };
+  return {count, {sum(sx), sum(sy), sum(sz), sum(xx), sum(xy), sum(xz), sum(yy), sum(yz), sum(zz)}};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace fransac::kernels
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vector code over the coordinate arrays of a point cloud. Raw pointers only. `n` counts whole blocks: a multiple of
+// kBlock values whose tail is NaN; a NaN takes part in nothing. Arrays are aligned to 64 bytes.
+// Every function has a scalar twin in namespace `ref` that says what it computes; the two agree to rounding.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace fransac::kernels {
+
+inline constexpr std::size_t kBlock = 16;
+
+struct Bounds {
+  float min;
+  float max;
+};
+/// Smallest and largest value; (+inf, -inf) when there is none.
+Bounds bounds(const float* values, std::size_t n);
+
+/// a x + b y + c z + d; |(a, b, c)| = 1.
+struct PlaneF {
+  float a, b, c, d;
+};
+
+/// How many points lie within the threshold.
+std::uint32_t count_inliers(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
+
+struct Msac {
+  float gain;             ///< Sum over the inliers of 1 - (r / threshold)^2.
+  std::uint32_t inliers;
+};
+/// Accumulated in float: call with at most some thousands of points at a time.
+Msac msac(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
+
+/// Sums over the inliers, in double: x, y, z, xx, xy, xz, yy, yz, zz.
+struct InlierMoments {
+  std::uint64_t count;
+  double sums[9];
+};
+InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
+
+namespace ref {
+Bounds bounds(const float* values, std::size_t n);
+std::uint32_t count_inliers(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
+Msac msac(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
+InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
+}  // namespace ref
+
+}  // namespace fransac::kernels
