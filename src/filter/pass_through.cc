@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fransac/filter/pass_through.hpp"
 
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace fransac {
@@ -43,12 +45,22 @@ struct FiniteTest {
 
 }  // namespace
 
+LocalLimits::LocalLimits(const AxisLimits& limits, double origin_m) : outside(limits.outside) {
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  const double exact_min = limits.min_m - origin_m;
+  const double exact_max = limits.max_m - origin_m;
+  min = static_cast<float>(exact_min);
+  if (static_cast<double>(min) < exact_min) min = std::nextafter(min, kInf);
+  max = static_cast<float>(exact_max);
+  if (static_cast<double>(max) > exact_max) max = std::nextafter(max, -kInf);
+}
+
 void pass_through(const AxisLimits& limits, PointCloud& cloud) {
   const auto axis = static_cast<Eigen::Index>(limits.axis);
-  const double origin = cloud.origin[axis];
+  const LocalLimits local(limits, cloud.origin[axis]);
   const float* const coordinate = axis == 0 ? cloud.x() : axis == 1 ? cloud.y() : cloud.z();
   compact(cloud, [=, finite = FiniteTest(cloud)](std::size_t i) {
-    return limits.keeps(static_cast<double>(coordinate[i]) + origin) & finite(i);
+    return local.keeps(coordinate[i]) & finite(i);
   });
 }
 

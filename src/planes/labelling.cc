@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <unordered_set>
 
 namespace fransac {
@@ -39,8 +40,9 @@ void read_row(const DepthView& depth, int v, float* z) {
 /// Takes the label off pixels that the limits do not keep.
 void apply_limits(const AxisLimits& limits, const Camera& camera, int v, const float* z, std::uint8_t* labels) {
   const Ramp coordinate = ray_product(Eigen::Vector3d::Unit(static_cast<Eigen::Index>(limits.axis)), camera, v);
+  const LocalLimits local(limits);
   for (int u = 0; u < camera.width; ++u) {
-    const bool removed = (z[u] > 0.0F) & !limits.keeps(static_cast<double>(z[u] * coordinate.at(u)));
+    const bool removed = (z[u] > 0.0F) & !local.keeps(z[u] * coordinate.at(u));
     labels[u] = removed ? kLabelNoPlane : labels[u];
   }
 }
@@ -148,15 +150,19 @@ void label_image(const DepthView& depth, const Camera& camera, const LabelRule& 
 }
 
 void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& segmentation) {
+  const auto axis = static_cast<Eigen::Index>(rule.limits != nullptr ? rule.limits->axis : Axis::z);
+  const std::array<const float*, 3> coordinates{cloud.x(), cloud.y(), cloud.z()};
+  const float* const limited = coordinates[static_cast<std::size_t>(axis)];
+  const std::optional<LocalLimits> limits =
+      rule.limits != nullptr ? std::optional<LocalLimits>(std::in_place, *rule.limits, cloud.origin[axis]) : std::nullopt;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     std::uint8_t& label = segmentation.labels[i];
     if (!cloud.finite(i)) {
       label = kLabelNoDepth;
       continue;
     }
-    const Eigen::Vector3d point = cloud.point(i);
-    const bool kept = rule.limits == nullptr || rule.limits->keeps(point[static_cast<Eigen::Index>(rule.limits->axis)]);
-    label = kept ? nearest_plane(point, segmentation.planes, rule.threshold_m) : kLabelNoPlane;
+    const bool kept = !limits || limits->keeps(limited[i]);
+    label = kept ? nearest_plane(cloud.point(i), segmentation.planes, rule.threshold_m) : kLabelNoPlane;
   }
 }
 

@@ -15,13 +15,23 @@ struct AxisLimits {
   double min_m = 0.0;    ///< Metres.
   double max_m = 4.5;    ///< Metres. Zeineldin & El-Fishawy, section 3: Z in 0 to 4.5 m, the Kinect's useful range.
   bool outside = false;  ///< Keep what lies outside the interval instead.
+};
 
-  /// Whether a point with this coordinate (in the input's frame, metres) stays. NaN never stays.
-  [[nodiscard]] bool keeps(double coordinate) const {
-    const bool inside = (coordinate >= min_m) & (coordinate <= max_m);  // no branch: this runs once per point
+/// Limits for coordinates relative to a cloud's origin, as the float comparison that means the same.
+struct LocalLimits {
+  /// `origin_m` is the cloud's origin along limits.axis.
+  explicit LocalLimits(const AxisLimits& limits, double origin_m = 0.0);
+
+  /// Whether a point with this coordinate stays. NaN never does. Free of branches: it runs once per point.
+  [[nodiscard]] bool keeps(float coordinate) const {
+    const bool inside = (coordinate >= min) & (coordinate <= max);
     const bool comparable = coordinate == coordinate;
     return (inside != outside) & comparable;
   }
+
+  float min;  ///< The smallest float that is not below the lower limit.
+  float max;  ///< The largest float that is not above the upper limit.
+  bool outside;
 };
 
 /// Removes, in place and in order, the points that the limits do not keep, and those that are not finite.
