@@ -15,27 +15,19 @@ namespace {
 
 using Slot = VoxelGrid::Slot;
 
-/// Point to key: along each axis, index = floor(p / leaf) - (smallest index), packed into as many bits as the cloud needs.
+/// The grid over one cloud: along each axis, index = floor(p / leaf) - (smallest index), in as many bits as it needs.
 struct Lattice {
-  double per_leaf = 0.0;
+  kernels::Lattice key{};
   double leaf_size = 0.0;
-  std::array<double, 3> offset{};         ///< Added to local coordinate / leaf: makes every index start at 0.
-  std::array<double, 3> smallest_index{};  ///< Of the leaves, in the lattice of the input's coordinates.
-  std::array<int, 3> shift{};
-
-  [[nodiscard]] std::uint64_t key(float x, float y, float z) const {
-    // Truncation is floor here: nothing is negative.
-    const auto index = [this](float c, std::size_t axis) {
-      return static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<double>(c) * per_leaf + offset[axis]));
-    };
-    return index(x, 0) | index(y, 1) << shift[1] | index(z, 2) << shift[2];
-  }
 
   /// The middle of a leaf in local coordinates, metres.
-  [[nodiscard]] Eigen::Vector3d centre(std::uint64_t key) const {
-    const std::array<std::uint64_t, 3> index{key & ((std::uint64_t{1} << shift[1]) - 1),
-                                             (key >> shift[1]) & ((std::uint64_t{1} << (shift[2] - shift[1])) - 1), key >> shift[2]};
-    const auto middle = [&](std::size_t axis) { return (static_cast<double>(index[axis]) + 0.5 - offset[axis]) * leaf_size; };
+  [[nodiscard]] Eigen::Vector3d centre(std::uint64_t leaf_key) const {
+    const auto index = [&](int axis) {
+      const int next_shift = axis < 2 ? key.shift[axis + 1] : 64;
+      const int bits = next_shift - key.shift[axis];
+      return bits == 0 ? 0 : (leaf_key >> key.shift[axis]) & (~std::uint64_t{0} >> (64 - bits));
+    };
+    const auto middle = [&](int axis) { return (static_cast<double>(index(axis)) + 0.5 - key.offset[axis]) * leaf_size; };
     return {middle(0), middle(1), middle(2)};
   }
 };
@@ -44,28 +36,29 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
   if (!(leaf_size_m > 0.0) || !std::isfinite(leaf_size_m)) {
     return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
   }
+  constexpr int kMaxBitsPerAxis = 31;
+  constexpr int kMaxBits = 63;  // every shift then stays below the width of a key
   Lattice lattice;
-  lattice.per_leaf = 1.0 / leaf_size_m;
+  lattice.key.per_leaf = 1.0 / leaf_size_m;
   lattice.leaf_size = leaf_size_m;
   const std::array<const float*, 3> coordinates{cloud.x(), cloud.y(), cloud.z()};
   int bits = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const kernels::Bounds bounds = kernels::bounds(coordinates[axis], cloud.padded_size());
-    const double origin = cloud.origin[static_cast<Eigen::Index>(axis)] * lattice.per_leaf;
-    lattice.smallest_index[axis] = std::floor(static_cast<double>(bounds.min) * lattice.per_leaf + origin);
-    lattice.offset[axis] = origin - lattice.smallest_index[axis];
-    const double largest = static_cast<double>(bounds.max) * lattice.per_leaf + lattice.offset[axis];
+    const double origin = cloud.origin[static_cast<Eigen::Index>(axis)] * lattice.key.per_leaf;
+    const double smallest = std::floor(static_cast<double>(bounds.min) * lattice.key.per_leaf + origin);
+    lattice.key.offset[axis] = origin - smallest;
+    const double largest = static_cast<double>(bounds.max) * lattice.key.per_leaf + lattice.key.offset[axis];
     // Doubles hold whole numbers exactly up to 2^53; beyond that floor() means nothing.
-    const bool countable = std::abs(lattice.smallest_index[axis]) < 0x1p53 && largest < 0x1p53;
-    lattice.shift[axis] = bits;
-    bits += countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest))) : 64;
-    if (bits > 64) {
-      return Error{ErrorCode::invalid_argument, "leaf-size: " + std::to_string(leaf_size_m) +
-                                                    " m divides the cloud into more than 2^64 leaves; take a larger one"};
+    const bool countable = std::abs(smallest) < 0x1p53 && largest < 0x1p31;
+    const int axis_bits = countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest))) : kMaxBits + 1;
+    lattice.key.shift[axis] = bits;
+    bits += axis_bits;
+    if (axis_bits > kMaxBitsPerAxis || bits > kMaxBits) {
+      return Error{ErrorCode::invalid_argument, "leaf-size: " + std::to_string(leaf_size_m) + " m divides the cloud into more leaves than 63-bit keys can tell apart"
+                                                    " (2^31 along an axis); take a larger one"};
     }
   }
-  // A shift by the full width is undefined; an axis that starts there has only the index 0.
-  for (int& shift : lattice.shift) shift = std::min(shift, 63);
   return lattice;
 }
 
@@ -119,33 +112,39 @@ class LeafTable {
 /// Numbers the leaves and adds up their points. Neighbours mostly share a leaf, so a run of equal keys is looked up once
 /// and added up in registers.
 void accumulate(const PointCloud& cloud, const Lattice& lattice, VoxelGrid& grid) {
+  constexpr std::size_t kStretch = 1024;  // points whose keys are made at a time: 8 KiB
   LeafTable table(grid);
   grid.leaf_of.resize(cloud.size());
   grid.point_count.clear();
   grid.keys.clear();
   grid.sums.clear();
-  const float* const x = cloud.x();
-  const float* const y = cloud.y();
-  const float* const z = cloud.z();
-  for (std::size_t i = 0; i < cloud.size();) {
-    const std::uint64_t key = lattice.key(x[i], y[i], z[i]);
-    const std::uint32_t leaf = table.find_or_add(key);
-    if (leaf == grid.point_count.size()) {
-      grid.point_count.push_back(0);
-      grid.keys.push_back(key);
-      grid.sums.insert(grid.sums.end(), 3, 0.0);
+  alignas(kAlignment) std::array<std::uint64_t, kStretch> keys;
+  for (std::size_t first = 0; first < cloud.size(); first += kStretch) {
+    const float* const x = cloud.x() + first;
+    const float* const y = cloud.y() + first;
+    const float* const z = cloud.z() + first;
+    std::uint32_t* const leaf_of = grid.leaf_of.data() + first;
+    kernels::leaf_keys(x, y, z, std::min(kStretch, cloud.padded_size() - first), lattice.key, keys.data());
+    const std::size_t size = std::min(kStretch, cloud.size() - first);
+    for (std::size_t i = 0; i < size;) {
+      const std::uint64_t key = keys[i];
+      const std::uint32_t leaf = table.find_or_add(key);
+      if (leaf == grid.point_count.size()) {
+        grid.point_count.push_back(0);
+        grid.keys.push_back(key);
+        grid.sums.resize(grid.sums.size() + 3, 0.0);
+      }
+      const std::size_t run = i;
+      std::array<double, 3> sum{};
+      for (; i < size && keys[i] == key; ++i) {
+        sum[0] += static_cast<double>(x[i]);
+        sum[1] += static_cast<double>(y[i]);
+        sum[2] += static_cast<double>(z[i]);
+        leaf_of[i] = leaf;
+      }
+      grid.point_count[leaf] += static_cast<std::uint32_t>(i - run);
+      for (std::size_t axis = 0; axis < 3; ++axis) grid.sums[3 * std::size_t{leaf} + axis] += sum[axis];
     }
-    const std::size_t first = i;
-    std::array<double, 3> sum{};
-    do {
-      sum[0] += static_cast<double>(x[i]);
-      sum[1] += static_cast<double>(y[i]);
-      sum[2] += static_cast<double>(z[i]);
-      grid.leaf_of[i] = leaf;
-      ++i;
-    } while (i < cloud.size() && lattice.key(x[i], y[i], z[i]) == key);
-    grid.point_count[leaf] += static_cast<std::uint32_t>(i - first);
-    for (std::size_t axis = 0; axis < 3; ++axis) grid.sums[3 * leaf + axis] += sum[axis];
   }
 }
 

@@ -119,6 +119,24 @@ InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_REST
   return {count, {sum(sx), sum(sy), sum(sz), sum(xx), sum(xy), sum(xz), sum(yy), sum(yz), sum(zz)}};
 }
 
+void LeafKeys(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
+              const Lattice& lattice, std::uint64_t* HWY_RESTRICT keys) {
+  const hn::CappedTag<double, kBlock / 2> dd;
+  const hn::Rebind<float, decltype(dd)> df;
+  const hn::Rebind<std::int32_t, decltype(dd)> d32;
+  const hn::Rebind<std::int64_t, decltype(dd)> d64;
+  const hn::Rebind<std::uint64_t, decltype(dd)> du64;
+  const auto per_leaf = hn::Set(dd, lattice.per_leaf);
+  const auto part = [&](const float* HWY_RESTRICT coordinate, int axis) HWY_ATTR {
+    const auto value = hn::PromoteTo(dd, hn::Load(df, coordinate));
+    const auto index = hn::DemoteTo(d32, hn::MulAdd(value, per_leaf, hn::Set(dd, lattice.offset[axis])));
+    return hn::ShiftLeftSame(hn::BitCast(du64, hn::PromoteTo(d64, index)), lattice.shift[axis]);
+  };
+  for (std::size_t i = 0; i < n; i += hn::Lanes(dd)) {
+    hn::StoreU(hn::Or(part(x + i, 0), hn::Or(part(y + i, 1), part(z + i, 2))), du64, keys + i);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace fransac::kernels
 HWY_AFTER_NAMESPACE();

@@ -15,6 +15,7 @@ HWY_EXPORT(BoundsOf);
 HWY_EXPORT(CountInliers);
 HWY_EXPORT(MsacOf);
 HWY_EXPORT(InlierMomentsOf);
+HWY_EXPORT(LeafKeys);
 
 Bounds bounds(const float* values, std::size_t n) { return HWY_DYNAMIC_DISPATCH(BoundsOf)(values, n); }
 
@@ -28,6 +29,10 @@ Msac msac(const float* x, const float* y, const float* z, std::size_t n, const P
 
 InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold) {
   return HWY_DYNAMIC_DISPATCH(InlierMomentsOf)(x, y, z, n, plane, threshold);
+}
+
+void leaf_keys(const float* x, const float* y, const float* z, std::size_t n, const Lattice& lattice, std::uint64_t* keys) {
+  HWY_DYNAMIC_DISPATCH(LeafKeys)(x, y, z, n, lattice, keys);
 }
 
 }  // namespace fransac::kernels

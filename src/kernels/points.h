@@ -40,7 +40,18 @@ struct InlierMoments {
 };
 InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
 
+/// Where a point lies in a grid: along each axis the index is trunc(coordinate * per_leaf + offset), which must lie in
+/// [0, 2^31); the key is the three of them, shifted and joined.
+struct Lattice {
+  double per_leaf;
+  double offset[3];
+  int shift[3];
+};
+/// Keys of NaN points are unspecified.
+void leaf_keys(const float* x, const float* y, const float* z, std::size_t n, const Lattice& lattice, std::uint64_t* keys);
+
 namespace ref {
+void leaf_keys(const float* x, const float* y, const float* z, std::size_t n, const Lattice& lattice, std::uint64_t* keys);
 Bounds bounds(const float* values, std::size_t n);
 std::uint32_t count_inliers(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
 Msac msac(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);

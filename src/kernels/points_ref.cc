@@ -54,4 +54,13 @@ InlierMoments inlier_moments(const float* x, const float* y, const float* z, std
   return m;
 }
 
+void leaf_keys(const float* x, const float* y, const float* z, std::size_t n, const Lattice& lattice, std::uint64_t* keys) {
+  const auto part = [&lattice](float coordinate, int axis) {
+    const double index = static_cast<double>(coordinate) * lattice.per_leaf + lattice.offset[axis];
+    if (!(index >= 0.0 && index < 0x1p31)) return std::uint64_t{0};
+    return static_cast<std::uint64_t>(index) << lattice.shift[axis];
+  };
+  for (std::size_t i = 0; i < n; ++i) keys[i] = part(x[i], 0) | part(y[i], 1) | part(z[i], 2);
+}
+
 }  // namespace fransac::kernels::ref

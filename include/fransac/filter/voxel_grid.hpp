@@ -38,7 +38,8 @@ struct VoxelGrid {
 /// Sorts the cloud's points (all finite) into cubes with an edge of `leaf_size_m` metres whose lattice contains the
 /// origin of the input's coordinates: leaf index = floor(p / leaf_size), as in PCL. Keys are 64-bit and relative to the
 /// cloud's smallest corner.
-/// Fails with invalid_argument where the cloud spans more than 2^64 leaves or leaf_size_m is not positive.
+/// Fails with invalid_argument where leaf_size_m is not positive, or so small that keys of 63 bits (31 per axis) cannot tell
+/// the cloud's leaves apart.
 /// Reuses the grid's memory.
 Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid);
 
