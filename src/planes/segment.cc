@@ -120,7 +120,10 @@ Status peel_planes(const PointCloud& sampled, const SegmentOptions& options, con
     if (!found.model || static_cast<double>(found.score.inliers) < min_support) break;
 
     Plane plane = *found.model;
-    if (options.ransac.refine) plane = problem.refine(plane).value_or(plane);
+    if (options.ransac.refine) {
+      const std::optional<sac::PlaneFit> fit = sac::fit_plane(sac::inlier_moments(*cloud, plane, threshold));
+      if (fit) plane = fit->plane;
+    }
     PlaneSegment& segment = result.planes.emplace_back();
     segment.plane = translated(plane, -cloud->origin);
     segment.support = found.score.inliers;

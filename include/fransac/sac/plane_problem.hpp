@@ -33,7 +33,7 @@ class PlaneProblem {
   [[nodiscard]] std::optional<Plane> generate(const std::array<std::uint32_t, 3>& sample) const;
   [[nodiscard]] bool is_inlier(const Plane& plane, std::uint32_t i) const;
   void score(std::span<const Plane> planes, const Score& to_beat, std::span<Score> scores) const;
-  /// Least squares on the plane's inliers.
+  /// Least squares on the plane's inliers; in large clouds on those of evenly spread stretches, some ten thousand points.
   [[nodiscard]] std::optional<Plane> refine(const Plane& plane) const;
 
  private:
