@@ -16,6 +16,9 @@
 
 namespace fransac::io {
 
+/// Pixels of the largest picture that is read: a header alone must not take gigabytes.
+inline constexpr std::size_t kMaxImagePixels = std::size_t{1} << 28;
+
 /// Rows of `channels` interleaved values without gaps.
 template <class T>
 struct Image {

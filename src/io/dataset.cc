@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fransac/io/dataset.hpp"
+
+#include <algorithm>
+#include <array>
+#include <system_error>
+#include <utility>
+
+#include "fransac/io/camera_json.hpp"
+#include "fransac/io/file.hpp"
+#include "io/detect.h"
+#include "io/guard.h"
+#include "io/json.h"
+#include "io/text.h"
+#include "io/tum_list.h"
+
+namespace fransac::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxListBytes = std::size_t{1} << 26;  // a million images
+constexpr std::size_t kMaxJsonBytes = std::size_t{1} << 20;  // dataset.json: two words
+
+constexpr std::array<std::pair<Truth, const char*>, 3> kTruthNames{
+    {{Truth::none, "none"}, {Truth::dominant, "dominant"}, {Truth::planes, "planes"}}};
+
+std::optional<fs::path> if_file(const fs::path& path) { return is_file(path) ? std::optional(path) : std::nullopt; }
+
+/// The last part of a path that may end in a separator or in dots.
+std::string folder_name(const fs::path& folder) {
+  const fs::path whole = fs::absolute(folder).lexically_normal();
+  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+}
+
+std::optional<fs::path> colour_in(const fs::path& folder) {
+  for (const char* name : {"rgb.png", "rgb.jpg", "rgb.jpeg"}) {
+    if (is_file(folder / name)) return folder / name;
+  }
+  return std::nullopt;
+}
+
+/// A depth image with all that lies beside it.
+FrameFiles frame_in(const fs::path& folder, const fs::path& depth, std::string name) {
+  FrameFiles frame;
+  frame.name = std::move(name);
+  frame.depth = depth;
+  frame.colour = colour_in(folder);
+  frame.labels = if_file(folder / "labels.png");
+  frame.truth = if_file(folder / "truth.json");
+  frame.camera_file = if_file(folder / "camera.json");
+  return frame;
+}
+
+Result<std::vector<fs::path>> depth_pngs_in(const fs::path& folder) {
+  Result<std::vector<fs::path>> entries = sorted_entries(folder);
+  if (entries) std::erase_if(*entries, [](const fs::path& entry) { return !is_depth_png(entry); });
+  return entries;
+}
+
+/// One image among many of a folder: of what lies there only the camera is its own.
+FrameFiles frame_among_many(const fs::path& depth, const std::optional<fs::path>& camera_file) {
+  FrameFiles frame;
+  frame.name = depth.stem().string();
+  frame.depth = depth;
+  frame.camera_file = camera_file;
+  return frame;
+}
+
+/// What dataset.json says.
+struct DatasetJson {
+  Truth truth = Truth::none;
+  std::string sensor;
+};
+
+Result<std::string> string_field(const nlohmann::json& object, const char* field, const char* otherwise,
+                                 const std::string& name) {
+  const auto found = object.find(field);
+  if (found == object.end()) return std::string(otherwise);
+  if (!found->is_string()) return field_error(name, field, std::string("must be a string, not ") + found->type_name());
+  return found->get<std::string>();
+}
+
+Result<DatasetJson> read_dataset_json(const fs::path& file) {
+  const Result<std::vector<std::byte>> bytes = read_file(file, kMaxJsonBytes);
+  if (!bytes) return bytes.error();
+  const std::string name = file.string();
+  const Result<nlohmann::json> object = parse_json_object(as_text(*bytes), name);
+  if (!object) return object.error();
+  const Result<std::string> truth = string_field(*object, "truth", "none", name);
+  if (!truth) return truth.error();
+  Result<std::string> sensor = string_field(*object, "sensor", "", name);
+  if (!sensor) return sensor.error();
+  const auto* const known =
+      std::find_if(kTruthNames.begin(), kTruthNames.end(), [&](const auto& entry) { return entry.second == *truth; });
+  if (known == kTruthNames.end()) return field_error(name, "truth", R"(must be "none", "dominant" or "planes")");
+  return DatasetJson{known->first, *std::move(sensor)};
+}
+
+/// Truth and sensor from the first dataset.json among `folders`; without one, labels are taken for all planes.
+Status describe(Dataset& dataset, std::initializer_list<fs::path> folders) {
+  for (const fs::path& folder : folders) {
+    if (!is_file(folder / "dataset.json")) continue;
+    Result<DatasetJson> json = read_dataset_json(folder / "dataset.json");
+    if (!json) return json.error();
+    dataset.truth = json->truth;
+    dataset.sensor = std::move(json->sensor);
+    return {};
+  }
+  const bool labelled =
+      std::any_of(dataset.frames.begin(), dataset.frames.end(), [](const auto& f) { return f.labels.has_value(); });
+  dataset.truth = labelled ? Truth::planes : Truth::none;
+  return {};
+}
+
+Status list_depth_png(const fs::path& file, Dataset& dataset) {
+  const fs::path folder = file.parent_path().empty() ? fs::path(".") : file.parent_path();
+  const bool named_depth = file.filename() == "depth.png";
+  const Result<std::vector<fs::path>> images = named_depth ? std::vector{file} : depth_pngs_in(folder);
+  if (!images) return images.error();
+  const std::optional<fs::path> camera_file = if_file(folder / "camera.json");
+  dataset.frames.push_back(images->size() <= 1 ? frame_in(folder, file, named_depth ? dataset.name : file.stem().string())
+                                               : frame_among_many(file, camera_file));
+  if (!camera_file && is_file(folder / ".." / "depth.txt")) {  // an image of a TUM sequence
+    dataset.frames[0].camera_file = if_file(folder / ".." / "camera.json");
+    dataset.frames[0].camera = tum_camera(folder_name(folder / ".."));
+  }
+  return describe(dataset, {folder, folder / ".."});
+}
+
+Status list_frame(const fs::path& folder, Dataset& dataset) {
+  dataset.frames.push_back(frame_in(folder, folder / "depth.png", dataset.name));
+  return describe(dataset, {folder, folder / ".."});
+}
+
+Status list_dataset(const fs::path& folder, Dataset& dataset) {
+  const Result<std::vector<fs::path>> entries = sorted_entries(folder);
+  if (!entries) return entries.error();
+  for (const fs::path& entry : *entries) {
+    if (is_file(entry / "depth.png")) dataset.frames.push_back(frame_in(entry, entry / "depth.png", entry.filename().string()));
+  }
+  if (dataset.frames.empty()) {
+    const std::optional<fs::path> camera_file = if_file(folder / "camera.json");
+    for (const fs::path& entry : *entries) {
+      if (is_depth_png(entry)) dataset.frames.push_back(frame_among_many(entry, camera_file));
+    }
+  }
+  return describe(dataset, {folder});
+}
+
+Result<std::vector<TumEntry>> read_tum_list(const fs::path& file) {
+  const Result<std::vector<std::byte>> bytes = read_file(file, kMaxListBytes);
+  if (!bytes) return bytes.error();
+  return parse_tum_list(as_text(*bytes), file.string());
+}
+
+Status list_tum(const fs::path& folder, Dataset& dataset) {
+  const Result<std::vector<TumEntry>> depth = read_tum_list(folder / "depth.txt");
+  if (!depth) return depth.error();
+  const Result<std::vector<TumEntry>> colour =
+      is_file(folder / "rgb.txt") ? read_tum_list(folder / "rgb.txt") : std::vector<TumEntry>{};
+  if (!colour) return colour.error();
+  for (const TumEntry& entry : *depth) {
+    FrameFiles frame;
+    frame.name = entry.timestamp;
+    frame.depth = folder / entry.file;
+    if (const TumEntry* picture = nearest_entry(*colour, entry.time_s)) frame.colour = folder / picture->file;
+    frame.camera_file = if_file(folder / "camera.json");
+    frame.camera = tum_camera(dataset.name);
+    frame.timestamp_s = entry.time_s;
+    dataset.frames.push_back(std::move(frame));
+  }
+  return {};
+}
+
+Status list_kind(const fs::path& input, Dataset& dataset) {
+  switch (dataset.kind) {
+    case InputKind::depth_png: return list_depth_png(input, dataset);
+    case InputKind::frame: return list_frame(input, dataset);
+    case InputKind::dataset: return list_dataset(input, dataset);
+    case InputKind::tum_sequence: return list_tum(input, dataset);
+    case InputKind::pcd:
+    case InputKind::ply: break;
+  }
+  return Error{ErrorCode::invalid_argument, input.string() + ": a point cloud, which has no depth frames"};
+}
+
+}  // namespace
+
+Result<Dataset> list_frames(const fs::path& input) {
+  return guarded(input.native(), [&]() -> Result<Dataset> {
+    const Result<InputKind> kind = detect_kind(input);
+    if (!kind) return kind.error();
+    Dataset dataset;
+    dataset.kind = *kind;
+    dataset.name = folder_name(*kind == InputKind::depth_png ? fs::absolute(input).parent_path() : input);
+    if (const Status status = list_kind(input, dataset); !status) return status.error();
+    if (dataset.frames.empty()) return Error{ErrorCode::no_data, input.string() + ": holds no frame"};
+    return dataset;
+  });
+}
+
+Status write_dataset_json(const fs::path& folder, Truth truth, const std::string& sensor) {
+  return guarded(folder.native(), [&] {
+    const auto* const known =
+        std::find_if(kTruthNames.begin(), kTruthNames.end(), [&](const auto& entry) { return entry.first == truth; });
+    nlohmann::ordered_json object{{"truth", known->second}};
+    if (!sensor.empty()) object["sensor"] = sensor;
+    return write_file(folder / "dataset.json", to_text(object));
+  });
+}
+
+}  // namespace fransac::io

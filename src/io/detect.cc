@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/detect.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+#include <system_error>
+
+#include "io/file_head.h"
+#include "io/guard.h"
+#include "io/text.h"
+
+namespace fransac::io {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::string_view_literals;
+
+// Enough for the comments before a PCD's first field.
+constexpr std::size_t kHeadBytes = 4096;
+
+// A PNG's signature and header chunk as far as its bit depth and colour type (PNG specification, 5.2 and 11.2.2).
+constexpr std::string_view kPngStart = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR"sv;
+constexpr std::size_t kPngBitDepthAt = 24;
+constexpr std::string_view kSixteenBitGrey = "\x10\0"sv;
+
+bool starts_like_pcd(std::string_view head) {
+  if (head.starts_with("# .PCD")) return true;
+  while (head.starts_with('#') || head.starts_with('\n') || head.starts_with('\r')) {
+    const std::size_t end = head.find('\n');
+    if (end == std::string_view::npos) return false;
+    head.remove_prefix(end + 1);
+  }
+  return head.starts_with("VERSION ") || head.starts_with("VERSION\t");
+}
+
+std::optional<InputKind> kind_of_name(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (extension == ".png") return InputKind::depth_png;
+  if (extension == ".pcd") return InputKind::pcd;
+  if (extension == ".ply") return InputKind::ply;
+  return std::nullopt;
+}
+
+Error unknown(const fs::path& input, const std::string& what) { return {ErrorCode::format, input.string() + ": " + what}; }
+
+Result<InputKind> kind_of_file(const fs::path& file) {
+  const Result<std::vector<std::byte>> head = read_head(file, kHeadBytes);
+  if (!head) return head.error();
+  if (const auto kind = kind_of_content(as_text(*head))) return *kind;
+  if (const auto kind = kind_of_name(file)) return *kind;
+  return unknown(file, "neither a depth PNG nor a PCD nor a PLY file");
+}
+
+Result<InputKind> kind_of_folder(const fs::path& folder) {
+  if (is_file(folder / "depth.txt")) return InputKind::tum_sequence;
+  if (is_file(folder / "depth.png")) return InputKind::frame;
+  if (is_file(folder / "dataset.json")) return InputKind::dataset;
+  const Result<std::vector<fs::path>> entries = sorted_entries(folder);
+  if (!entries) return entries.error();
+  const auto holds_frame = [](const fs::path& entry) { return is_file(entry / "depth.png") || is_depth_png(entry); };
+  if (std::any_of(entries->begin(), entries->end(), holds_frame)) return InputKind::dataset;
+  return unknown(
+      folder,
+      "no frame in this folder: no depth.png, no depth.txt, no dataset.json, no sub-folder with a depth.png and no 16-bit PNG");
+}
+
+}  // namespace
+
+bool is_file(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error);
+}
+
+bool is_depth_png(const fs::path& file) {
+  if (!is_file(file)) return false;
+  const Result<std::vector<std::byte>> head = read_head(file, kPngBitDepthAt + kSixteenBitGrey.size());
+  if (!head) return false;
+  const std::string_view text = as_text(*head);
+  return text.starts_with(kPngStart) && text.ends_with(kSixteenBitGrey) && text.size() == kPngBitDepthAt + kSixteenBitGrey.size();
+}
+
+std::optional<InputKind> kind_of_content(std::string_view head) {
+  if (head.starts_with("\x89PNG\r\n\x1a\n")) return InputKind::depth_png;
+  if (head.starts_with("ply\n") || head.starts_with("ply\r")) return InputKind::ply;
+  if (starts_like_pcd(head)) return InputKind::pcd;
+  return std::nullopt;
+}
+
+Result<std::vector<fs::path>> sorted_entries(const fs::path& folder) {
+  std::vector<fs::path> entries;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    entries.push_back(entry->path());
+  }
+  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message()};
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
+
+std::string_view to_string(InputKind kind) {
+  switch (kind) {
+    case InputKind::depth_png: return "depth_png";
+    case InputKind::frame: return "frame";
+    case InputKind::dataset: return "dataset";
+    case InputKind::tum_sequence: return "tum_sequence";
+    case InputKind::pcd: return "pcd";
+    case InputKind::ply: return "ply";
+  }
+  return "unknown";
+}
+
+Result<InputKind> detect_kind(const fs::path& input) {
+  return guarded(input.native(), [&]() -> Result<InputKind> {
+    std::error_code error;
+    const fs::file_status status = fs::status(input, error);
+    if (!fs::status_known(status) || !fs::exists(status)) {
+      if (!error) error = std::make_error_code(std::errc::no_such_file_or_directory);
+      return Error{ErrorCode::io, input.string() + ": " + error.message()};
+    }
+    if (fs::is_directory(status)) return kind_of_folder(input);
+    if (fs::is_regular_file(status)) return kind_of_file(input);
+    return unknown(input, "neither a file nor a folder");
+  });
+}
+
+}  // namespace fransac::io

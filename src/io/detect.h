@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Recognising inputs by their first bytes.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "fransac/core/result.hpp"
+#include "fransac/io/dataset.hpp"
+
+namespace fransac::io {
+
+/// What a file's first bytes say that it is. An 8-bit or colour PNG counts: the reader says what is wrong with it.
+std::optional<InputKind> kind_of_content(std::string_view head);
+
+/// The entries of a folder, sorted by name.
+Result<std::vector<std::filesystem::path>> sorted_entries(const std::filesystem::path& folder);
+
+bool is_file(const std::filesystem::path& path);
+
+/// Whether a file starts as a 16-bit greyscale PNG does.
+bool is_depth_png(const std::filesystem::path& file);
+
+}  // namespace fransac::io

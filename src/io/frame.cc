@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <system_error>
+#include <utility>
+
+#include "fransac/io/camera_json.hpp"
+#include "fransac/io/dataset.hpp"
+#include "fransac/io/file.hpp"
+#include "io/guard.h"
+#include "io/text.h"
+#include "io/truth_json.h"
+
+namespace fransac::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxTruthBytes = std::size_t{1} << 20;  // 254 planes
+
+Error format_error(const fs::path& file, const std::string& what) { return {ErrorCode::format, file.string() + ": " + what}; }
+
+std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+
+Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>& camera_file, const DepthImage& depth) {
+  const std::optional<fs::path>& source = camera_file ? camera_file : files.camera_file;
+  if (!source && !files.camera) {
+    return Error{ErrorCode::no_data, files.depth.string() + ": no camera: there is no " +
+                                         (files.depth.parent_path() / "camera.json").string() +
+                                         " and no other camera file was given"};
+  }
+  const Result<Camera> camera = source ? read_camera_json(*source) : *files.camera;
+  if (camera && (camera->width != depth.width || camera->height != depth.height)) {
+    return format_error(source.value_or(files.depth), "the camera is for " + size_text(camera->width, camera->height) +
+                                                          " pixels, but " + files.depth.string() + " has " +
+                                                          size_text(depth.width, depth.height));
+  }
+  return camera;
+}
+
+Status load_labels(const FrameFiles& files, Frame& frame) {
+  if (!files.labels) return {};
+  Result<LabelImage> labels = read_label_png(*files.labels);
+  if (!labels) return labels.error();
+  if (labels->width != frame.depth.width || labels->height != frame.depth.height) {
+    return format_error(*files.labels, "has " + size_text(labels->width, labels->height) + " pixels, but " +
+                                           files.depth.string() + " has " + size_text(frame.depth.width, frame.depth.height));
+  }
+  frame.labels = *std::move(labels);
+  return {};
+}
+
+Status load_truth(const FrameFiles& files, Frame& frame) {
+  if (!files.truth) return {};
+  const Result<std::vector<std::byte>> bytes = read_file(*files.truth, kMaxTruthBytes);
+  if (!bytes) return bytes.error();
+  Result<LabelledPlanes> planes = parse_truth_json(as_text(*bytes), files.truth->string());
+  if (!planes) return planes.error();
+  frame.true_planes = *std::move(planes);
+  return {};
+}
+
+/// Everything that could be refused, before the first file is written.
+Status check_frame(const fs::path& folder, const FrameToWrite& frame) {
+  const auto refuse = [&](const std::string& what) { return Error{ErrorCode::invalid_argument, folder.string() + ": " + what}; };
+  const auto fits = [&](const auto& image, int channels) {
+    return image.width == frame.camera.width && image.height == frame.camera.height && image.channels == channels &&
+           image.pixels.size() == image.size() * static_cast<std::size_t>(channels);
+  };
+  if (const Status status = validate(frame.camera); !status) return refuse(status.error().message);
+  if (!fits(frame.depth, 1)) return refuse("depth has not the camera's size");
+  if (frame.labels && !fits(*frame.labels, 1)) return refuse("labels have not the camera's size");
+  if (frame.colour && !fits(*frame.colour, 3)) return refuse("colour has not the camera's size or not three channels");
+  return {};
+}
+
+Status write_frame_files(const fs::path& folder, const FrameToWrite& frame) {
+  if (Status status = check_frame(folder, frame); !status) return status;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message()};
+  if (Status status = write_png(folder / "depth.png", frame.depth); !status) return status;
+  if (Status status = write_file(folder / "camera.json", camera_to_json(frame.camera)); !status) return status;
+  if (frame.labels) {
+    if (Status status = write_png(folder / "labels.png", *frame.labels); !status) return status;
+  }
+  if (frame.colour) {
+    if (Status status = write_png(folder / "rgb.png", *frame.colour); !status) return status;
+  }
+  if (frame.true_planes.empty()) return {};
+  return write_file(folder / "truth.json",
+                    truth_to_json(frame.true_planes, frame.depth, frame.labels ? &*frame.labels : nullptr));
+}
+
+}  // namespace
+
+Result<Frame> load_frame(const FrameFiles& files, const std::optional<fs::path>& camera_file) {
+  return guarded(files.depth.native(), [&]() -> Result<Frame> {
+    Result<DepthImage> depth = read_depth_png(files.depth);
+    if (!depth) return depth.error();
+    const Result<Camera> camera = camera_of(files, camera_file, *depth);
+    if (!camera) return camera.error();
+    Frame frame{files.name, *camera, *std::move(depth), std::nullopt, {}};
+    if (const Status status = load_labels(files, frame); !status) return status.error();
+    if (const Status status = load_truth(files, frame); !status) return status.error();
+    return frame;
+  });
+}
+
+Status write_frame(const fs::path& folder, const FrameToWrite& frame) {
+  return guarded(folder.native(), [&] { return write_frame_files(folder, frame); });
+}
+
+}  // namespace fransac::io

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace fransac::io {
+namespace {
+
+std::string line_of(std::string_view text, std::size_t byte) {
+  const std::string_view before = text.substr(0, std::min(byte, text.size()));
+  return "line " + std::to_string(1 + std::count(before.begin(), before.end(), '\n'));
+}
+
+}  // namespace
+
+Error field_error(const std::string& name, std::string_view field, std::string_view what) {
+  return {ErrorCode::format, name + ": field \"" + std::string(field) + "\" " + std::string(what)};
+}
+
+Result<nlohmann::json> parse_json_object(std::string_view text, const std::string& name) {
+  using nlohmann::json;
+  std::set<std::string> fields;
+  std::string last_field;
+  std::optional<std::string> repeated;
+  const auto watch = [&](int depth, json::parse_event_t event, json& parsed) {
+    if (depth == 1 && event == json::parse_event_t::key) {
+      last_field = parsed.get<std::string>();
+      if (!fields.insert(last_field).second && !repeated) repeated = last_field;
+    }
+    return true;
+  };
+  try {
+    json value = json::parse(text.begin(), text.end(), watch);
+    if (!value.is_object()) return Error{ErrorCode::format, name + ": is not a JSON object"};
+    if (repeated) return field_error(name, *repeated, "appears twice");
+    return value;
+  } catch (const json::parse_error& error) {
+    const std::string where = last_field.empty() ? "" : ", at or after field \"" + last_field + "\"";
+    return Error{ErrorCode::format, name + ": not valid JSON in " + line_of(text, error.byte) + where};
+  } catch (const json::exception&) {  // a number beyond double
+    return field_error(name, last_field, "holds a number that is out of range");
+  }
+}
+
+Result<double> number_field(const nlohmann::json& object, const char* field, const std::string& label, const std::string& name) {
+  const auto found = object.find(field);
+  if (found == object.end()) return field_error(name, label, "is missing");
+  if (!found->is_number()) return field_error(name, label, std::string("must be a number, not ") + found->type_name());
+  return found->get<double>();
+}
+
+Result<int> whole_field(const nlohmann::json& object, const char* field, const std::string& label, int max,
+                        const std::string& name) {
+  const Result<double> value = number_field(object, field, label, name);
+  if (!value) return value.error();
+  if (*value != std::trunc(*value)) return field_error(name, label, "must be a whole number");
+  return static_cast<int>(std::clamp(*value, 0.0, max + 1.0));
+}
+
+std::string to_text(const nlohmann::ordered_json& value) { return value.dump(1) + "\n"; }
+
+}  // namespace fransac::io
