@@ -12,6 +12,7 @@
 
 #include "fransac/io/file.hpp"
 #include "io/guard.h"
+#include "io/text.h"
 
 namespace fransac::io {
 namespace {
@@ -27,17 +28,13 @@ constexpr std::uint64_t kMaxDeflateFactor = 1032;
 constexpr std::uint64_t kMaxJpegPixelsPerByte = 512;
 
 constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
+constexpr std::string_view kPngEnd("\0\0\0\0IEND\xae\x42\x60\x82", 12);  // the last chunk, always the same
 constexpr std::string_view kJpegSignature = "\xff\xd8\xff";
 
 using PngContext = std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)>;
 using JpegDecoder = std::unique_ptr<void, decltype(&tjDestroy)>;
 
 Error format_error(const std::string& name, const std::string& what) { return {ErrorCode::format, name + ": " + what}; }
-
-bool starts_with(std::span<const std::byte> bytes, std::string_view signature) {
-  return bytes.size() >= signature.size() && std::equal(signature.begin(), signature.end(), bytes.begin(),
-                                                        [](char c, std::byte b) { return static_cast<std::byte>(c) == b; });
-}
 
 /// What a picture that is not wanted is, for messages: "8-bit RGB PNG".
 std::string describe(const spng_ihdr& header) {
@@ -80,8 +77,8 @@ struct PngReader {
 };
 
 Result<PngReader> open_png(std::span<const std::byte> bytes, const std::string& name) {
-  if (starts_with(bytes, kJpegSignature)) return format_error(name, "is a JPEG, not a PNG");
-  if (!starts_with(bytes, kPngSignature)) return format_error(name, "is not a PNG");
+  if (as_text(bytes).starts_with(kJpegSignature)) return format_error(name, "is a JPEG, not a PNG");
+  if (!as_text(bytes).starts_with(kPngSignature)) return format_error(name, "is not a PNG");
   PngReader reader{PngContext(spng_ctx_new(0), &spng_ctx_free), {}};
   spng_ctx* const context = reader.context.get();
   if (context == nullptr) throw std::bad_alloc();
@@ -95,6 +92,8 @@ Result<PngReader> open_png(std::span<const std::byte> bytes, const std::string& 
   if (Status status = check_size(header.width, header.height, raw_bytes / kMaxDeflateFactor, bytes.size(), name); !status) {
     return status.error();
   }
+  // spng does not ask for the end chunk's checksum.
+  if (as_text(bytes).rfind(kPngEnd) == std::string_view::npos) return format_error(name, "broken PNG: cut off before its end");
   return reader;
 }
 
@@ -116,7 +115,7 @@ Result<Image<T>> decode_grey_png(std::span<const std::byte> bytes, const std::st
     const Result<PngReader> reader = open_png(bytes, name);
     if (!reader) return reader.error();
     if (reader->header.color_type != SPNG_COLOR_TYPE_GRAYSCALE || reader->header.bit_depth != 8 * sizeof(T)) {
-      return format_error(name, "is " + describe(reader->header) + ", not " + std::string(wanted));
+      return format_error(name, describe(reader->header) + ", not " + std::string(wanted));
     }
     return decode_png<T>(*reader, SPNG_FMT_PNG, 1, name);
   });
@@ -215,8 +214,8 @@ Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std:
 
 Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const std::string& name) {
   return guarded(name, [&]() -> Result<ColourImage> {
-    if (starts_with(bytes, kJpegSignature)) return decode_jpeg(bytes, name);
-    if (!starts_with(bytes, kPngSignature)) return format_error(name, "is neither a JPEG nor a PNG");
+    if (as_text(bytes).starts_with(kJpegSignature)) return decode_jpeg(bytes, name);
+    if (!as_text(bytes).starts_with(kPngSignature)) return format_error(name, "is neither a JPEG nor a PNG");
     const Result<PngReader> reader = open_png(bytes, name);
     if (!reader) return reader.error();
     return decode_png<std::uint8_t>(*reader, SPNG_FMT_RGB8, 3, name);

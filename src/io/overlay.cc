@@ -20,11 +20,13 @@ constexpr Colour kNoPlaneColour{128, 128, 128};
 constexpr std::array<Colour, 7> kFirstColours{
     {{0, 114, 178}, {230, 159, 0}, {0, 158, 115}, {204, 121, 167}, {240, 228, 66}, {86, 180, 233}, {213, 94, 0}}};
 
-// Further colours turn the hue by the golden angle, so that any run of labels spreads evenly over the circle, and step
-// through lightnesses, which every eye sees. The chroma is about the largest that sRGB has at all hues of them.
+// Further colours turn the hue by the golden angle, so that any run of labels spreads evenly over the circle, step through
+// lightnesses, which every eye sees, and become paler in the second half, where the hues come close to earlier ones.
 constexpr double kGoldenAngle = std::numbers::pi * (3.0 - 2.2360679774997896964);  // sqrt(5)
-constexpr std::array<double, 5> kLightness{0.80, 0.55, 0.92, 0.45, 0.68};
-constexpr double kChroma = 0.14;
+constexpr double kHueShift =
+    25.0 * std::numbers::pi / 180.0;  // of whole 5 degrees the one with the first 20 colours furthest apart
+constexpr std::array<double, 6> kLightness{0.80, 0.50, 0.90, 0.40, 0.70, 0.60};
+constexpr std::array<double, 2> kChroma{0.14, 0.07};  // the first is about the largest that sRGB has at all hues
 
 std::uint8_t to_byte(double value) { return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))); }
 
@@ -46,10 +48,10 @@ Colour from_oklch(double lightness, double chroma, double hue) {
 std::array<Colour, 256> make_colours() {
   std::array<Colour, 256> colours{};
   colours.fill(kNoPlaneColour);
-  for (std::size_t i = 0; i < kMaxPlanes; ++i) {
+  std::copy(kFirstColours.begin(), kFirstColours.end(), colours.begin() + kLabelFirst);
+  for (std::size_t i = kFirstColours.size(); i < kMaxPlanes; ++i) {
     colours[i + kLabelFirst] =
-        i < kFirstColours.size() ? kFirstColours[i]
-                                 : from_oklch(kLightness[i % kLightness.size()], kChroma, kGoldenAngle * static_cast<double>(i));
+        from_oklch(kLightness[i % kLightness.size()], kChroma[i / 128], kHueShift + kGoldenAngle * static_cast<double>(i));
   }
   return colours;
 }
@@ -65,7 +67,7 @@ DepthRange depth_range(const std::vector<float>& depth_m) {
   std::copy_if(depth_m.begin(), depth_m.end(), std::back_inserter(measured), [](float z) { return z > 0.0F; });
   if (measured.empty()) return {};
   const auto at = [&](double fraction) {
-    const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(measured.size() - 1));
+    const auto rank = static_cast<std::ptrdiff_t>(std::lround(fraction * static_cast<double>(measured.size() - 1)));
     std::nth_element(measured.begin(), measured.begin() + rank, measured.end());
     return measured[static_cast<std::size_t>(rank)];
   };

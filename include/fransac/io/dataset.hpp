@@ -18,7 +18,7 @@ namespace fransac::io {
 enum class InputKind {
   depth_png,     ///< A 16-bit PNG.
   frame,         ///< A folder with depth.png (and camera.json): one frame.
-  dataset,       ///< A folder whose sub-folders are frames, with or without dataset.json; or a folder of depth PNGs with a camera.json.
+  dataset,       ///< A folder whose sub-folders are frames, with or without dataset.json; or a folder of depth PNGs (with a camera.json).
   tum_sequence,  ///< A folder with depth.txt.
   pcd,
   ply,
@@ -58,6 +58,9 @@ struct Dataset {
 /// Lists the frames of a depth PNG, a frame folder, a dataset or a TUM sequence (not of a cloud).
 /// TUM: depth.txt lines "timestamp filename", '#' comments; rgb.txt associated by nearest timestamp within 20 ms;
 /// intrinsics from camera.json beside it, else from the folder's name (freiburg1..3).
+/// What lies beside a single depth PNG is its own when it is named depth.png or is the folder's only depth PNG, else only
+/// the camera.json is. `truth` and `sensor` are from dataset.json in the folder, or above a single frame; without one,
+/// labels are taken for all planes.
 /// A folder without a frame is a no_data error; a depth.txt line that cannot be read is a format error naming file and line.
 Result<Dataset> list_frames(const std::filesystem::path& input);
 

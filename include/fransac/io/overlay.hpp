@@ -12,11 +12,11 @@
 
 namespace fransac::io {
 
-/// Distinct colours for labels 1, 2, …; the same label always has the same colour.
+/// Distinct colours for labels 1, 2, …; the same label always has the same colour. Grey for no plane and no depth.
 std::array<std::uint8_t, 3> label_colour(std::uint8_t label);
 
 /// Planes in colour (blended, with their borders drawn full) over the colour picture when it is given and has the same
-/// size, else over the depth image shaded by distance. Pixels without depth are dark.
+/// size, else over the depth image shaded by distance. Pixels without depth are dark. One label per pixel; an empty picture for any other number.
 ColourImage overlay(const DepthView& depth, std::span<const std::uint8_t> labels, const ColourImage* background);
 
 }  // namespace fransac::io
