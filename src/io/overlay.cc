@@ -78,7 +78,7 @@ DepthRange depth_range(const std::vector<float>& depth_m) {
 Colour shade(float z_m, const DepthRange& range) {
   constexpr double kNear = 235.0;
   constexpr double kFar = 70.0;
-  const double z = std::clamp(z_m, range.nearest_m, range.farthest_m);
+  const auto z = static_cast<double>(std::clamp(z_m, range.nearest_m, range.farthest_m));
   const double span = 1.0 / static_cast<double>(range.nearest_m) - 1.0 / static_cast<double>(range.farthest_m);
   const double nearness = span > 0.0 ? (1.0 / z - 1.0 / static_cast<double>(range.farthest_m)) / span : 1.0;
   const std::uint8_t grey = to_byte(kFar + (kNear - kFar) * nearness);
