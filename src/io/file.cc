@@ -92,12 +92,12 @@ class TemporaryFile {
     }
   }
   TemporaryFile(TemporaryFile&& other) noexcept
-      : name_(std::exchange(other.name_, std::nullopt)), descriptor_(std::move(other.descriptor_)) {}
+      : name_(std::exchange(other.name_, fs::path())), descriptor_(std::move(other.descriptor_)) {}
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   TemporaryFile& operator=(TemporaryFile&&) = delete;
   ~TemporaryFile() {
-    if (name_) ::unlink(name_->c_str());
+    if (!name_.empty()) ::unlink(name_.c_str());
   }
 
   [[nodiscard]] const Descriptor& descriptor() const { return descriptor_; }
@@ -105,15 +105,15 @@ class TemporaryFile {
   Status move_to(const fs::path& target) {
     if (::fsync(descriptor_.number()) != 0 && errno != EINVAL)
       return errno_error(target, errno);  // EINVAL: cannot be synchronised
-    if (!descriptor_.close() || ::rename(name_->c_str(), target.c_str()) != 0) return errno_error(target, errno);
-    name_.reset();
+    if (!descriptor_.close() || ::rename(name_.c_str(), target.c_str()) != 0) return errno_error(target, errno);
+    name_.clear();
     return {};
   }
 
  private:
   TemporaryFile(fs::path name, Descriptor descriptor) : name_(std::move(name)), descriptor_(std::move(descriptor)) {}
 
-  std::optional<fs::path> name_;
+  fs::path name_;  // empty: no longer this object's
   Descriptor descriptor_;
 };
 

@@ -18,14 +18,16 @@ namespace fransac::io {
 enum class InputKind {
   depth_png,     ///< A 16-bit PNG.
   frame,         ///< A folder with depth.png (and camera.json): one frame.
-  dataset,       ///< A folder whose sub-folders are frames, with or without dataset.json; or a folder of depth PNGs (with a camera.json).
+  dataset,       ///< A folder whose sub-folders are frames, with or without dataset.json; or a folder of depth PNGs (with a
+                 ///< camera.json).
   tum_sequence,  ///< A folder with depth.txt.
   pcd,
   ply,
 };
 std::string_view to_string(InputKind kind);
 
-/// Errors: io when it does not exist or cannot be read; format when it is none of the kinds (the message says what was looked for).
+/// Errors: io when it does not exist or cannot be read; format when it is none of the kinds (the message says what was looked
+/// for).
 Result<InputKind> detect_kind(const std::filesystem::path& input);
 
 /// The truth that a dataset's labels hold.
@@ -37,21 +39,21 @@ enum class Truth {
 
 /// Where a frame's files are; nothing is loaded yet.
 struct FrameFiles {
-  std::string name;                               ///< Scene name: the frame folder's name, or the timestamp of a sequence.
-  std::filesystem::path depth;                    ///< 16-bit PNG.
-  std::optional<std::filesystem::path> colour;    ///< JPEG or PNG.
-  std::optional<std::filesystem::path> labels;    ///< 8-bit PNG.
-  std::optional<std::filesystem::path> truth;     ///< truth.json with plane coefficients.
+  std::string name;                             ///< Scene name: the frame folder's name, or the timestamp of a sequence.
+  std::filesystem::path depth;                  ///< 16-bit PNG.
+  std::optional<std::filesystem::path> colour;  ///< JPEG or PNG.
+  std::optional<std::filesystem::path> labels;  ///< 8-bit PNG.
+  std::optional<std::filesystem::path> truth;   ///< truth.json with plane coefficients.
   std::optional<std::filesystem::path> camera_file;
-  std::optional<Camera> camera;                   ///< Known without a file (TUM).
+  std::optional<Camera> camera;  ///< Known without a file (TUM).
   std::optional<double> timestamp_s;
 };
 
 struct Dataset {
-  std::string name;     ///< The folder's name.
+  std::string name;  ///< The folder's name.
   InputKind kind = InputKind::dataset;
   Truth truth = Truth::none;
-  std::string sensor;   ///< dataset.json's "sensor", or empty.
+  std::string sensor;              ///< dataset.json's "sensor", or empty.
   std::vector<FrameFiles> frames;  ///< Sorted by name; a sequence: by time.
 };
 

@@ -16,7 +16,8 @@ namespace fransac::io {
 std::array<std::uint8_t, 3> label_colour(std::uint8_t label);
 
 /// Planes in colour (blended, with their borders drawn full) over the colour picture when it is given and has the same
-/// size, else over the depth image shaded by distance. Pixels without depth are dark. One label per pixel; an empty picture for any other number.
+/// size, else over the depth image shaded by distance. Pixels without depth are dark. One label per pixel; an empty picture for
+/// any other number.
 ColourImage overlay(const DepthView& depth, std::span<const std::uint8_t> labels, const ColourImage* background);
 
 }  // namespace fransac::io
