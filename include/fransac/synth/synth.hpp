@@ -2,6 +2,7 @@
 /// Rendered scenes with exact truth.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -19,31 +20,43 @@ namespace fransac::synth {
 enum class Sensor {
   none,     ///< Exact depth.
   kinect1,  ///< Structured light: disparity quantisation, Khoshelham & Elberink 2012, shadow of the projector, grazing angles.
-  stereo,   ///< Passive or active stereo: sigma_z = z^2 / (f b) * sigma_d, with sub-pixel error correlated over a matching window.
-  tof,      ///< Time of flight: sigma grows with distance and with darkness; mixed ("flying") pixels at edges.
+  stereo,  ///< Passive or active stereo: sigma_z = z^2 / (f b) * sigma_d, with sub-pixel error correlated over a matching window.
+  tof,     ///< Time of flight: sigma grows with distance and with darkness; mixed ("flying") pixels at edges.
 };
 
 struct SynthOptions {
-  std::string scene = "desk";          ///< One of scene_names().
+  std::string scene = "desk";  ///< One of scene_names().
   Sensor sensor = Sensor::kinect1;
-  std::uint64_t seed = 0;
-  int frame = 0;                       ///< Frames of one seed see the same kind of scene from moving viewpoints with varying objects.
+  std::uint64_t seed = 0;  ///< Another seed, another room: sizes, furniture, colours, the camera's place.
+  int frame = 0;           ///< Frames of one seed show the same scene from a slowly moving camera (about 1 cm a frame).
   Camera camera{640, 480, 525.0, 525.0, 319.5, 239.5, 5000.0};
 };
 
+/// Truth is about what pixels measured. A planar face, or several coplanar ones of one thing (the floor left and right of a
+/// table), is a plane with a label if at least kMinPlaneShare of the image are pixels whose kCoreWindow_px x kCoreWindow_px
+/// neighbourhood sees that plane alone. Smaller faces and strips too narrow for that are planes, but nobody can judge them: 0.
+/// Round things are 255. 0, too, where a time-of-flight pixel mixes surfaces by more than its noise.
+inline constexpr double kMinPlaneShare = 0.002;
+inline constexpr int kCoreWindow_px = 5;
+
+/// Largest frame that render() accepts, pixels.
+inline constexpr std::size_t kMaxPixels = std::size_t{1} << 24;
+
 struct SynthFrame {
   Camera camera;
-  std::vector<std::uint16_t> depth;         ///< Raw units; 0 where nothing was measured.
-  std::vector<float> exact_depth_m;         ///< Noise-free z, metres; 0 where the ray hits nothing.
-  std::vector<std::uint8_t> labels;         ///< Frames format: 0 no depth, 1 dominant plane (most square metres visible), 2 … the others, 255 on no plane.
-  std::vector<std::uint8_t> colour;         ///< A shaded picture, 3 channels.
-  std::vector<std::pair<int, Plane>> true_planes;  ///< Exact coefficients per label.
+  std::vector<std::uint16_t> depth;  ///< Raw units; 0 where nothing was measured or the value would not fit.
+  std::vector<float> exact_depth_m;  ///< Noise-free z, metres; 0 where the ray hits nothing.
+  std::vector<std::uint8_t> labels;  ///< Frames format: 0 no depth or not to be judged, 1 dominant plane (most square metres
+                                     ///< visible), 2 … the others, 255 on no plane.
+  std::vector<std::uint8_t> colour;  ///< A shaded picture, 3 channels.
+  std::vector<std::pair<int, Plane>> true_planes;  ///< Exact coefficients per label, in the camera's frame.
 };
 
 /// "empty_room", "desk", "stairs", "corridor", "kerb", "office".
 std::span<const std::string_view> scene_names();
 
-/// Renders one frame. invalid_argument for an unknown scene, a bad camera or a negative frame number.
+/// Renders one frame: same options, same bytes. invalid_argument for an unknown scene, a bad or too large camera or a
+/// negative frame number.
 Result<SynthFrame> render(const SynthOptions& options);
 
 }  // namespace fransac::synth
