@@ -205,13 +205,6 @@ RayCaster::Ball RayCaster::ball_at(const Vector3d& centre, double radius) {
   return {centre.x(), centre.y(), centre.z(), radius, centre.squaredNorm() - radius * radius};
 }
 
-bool RayCaster::Ball::missed(const Vector3d& direction, double direction_squared, double t_max) const {
-  if (beyond <= 0.0) return false;
-  const double along = direction.x() * x + direction.y() * y + direction.z() * z;
-  return along <= 0.0 || along * along < beyond * direction_squared ||
-         along - radius * std::sqrt(direction_squared) > t_max * direction_squared;
-}
-
 RayCaster::RayCaster(const Scene& scene, const Vector3d& origin) : scene_(scene), origin_(origin) {
   locals_.reserve(scene.primitives.size());
   for (const Primitive& primitive : scene.primitives) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -97,7 +98,12 @@ class RayCaster {
  private:
   struct Ball {                      ///< A bounding sphere, seen from the origin.
     double x, y, z, radius, beyond;  // beyond = |centre|^2 - radius^2: negative from inside
-    [[nodiscard]] bool missed(const Eigen::Vector3d& direction, double direction_squared, double t_max) const;
+    [[nodiscard]] bool missed(const Eigen::Vector3d& direction, double direction_squared, double t_max) const {
+      if (beyond <= 0.0) return false;
+      const double along = direction.x() * x + direction.y() * y + direction.z() * z;
+      return along <= 0.0 || along * along < beyond * direction_squared ||
+             along - radius * std::sqrt(direction_squared) > t_max * direction_squared;
+    }
   };
   struct Local {
     Eigen::Matrix3d rotation;  ///< From the caster's frame to the solid's.

@@ -250,12 +250,12 @@ void clutter(Builder& b, const Isometry3d& top, double width, double depth, Occu
   };
   Vector2d spot;
   for (int i = 0; i < tall; ++i) {
-    if (!taken.find(dice, area(-0.1 * depth, 0.11), 0.10, spot)) continue;
+    if (!taken.find(dice, area(-0.1 * depth, 0.11), 0.11, spot)) continue;
     const Isometry3d at = on(top, spot.x(), spot.y(), 0.0, dice.between(-pi, pi));
     dice.chance(0.7) ? packet(b, at, dice) : mug(b, at, dice);
   }
   for (int i = 0; i < flat; ++i) {
-    if (!taken.find(dice, area(-0.5 * depth, 0.15), 0.13, spot)) continue;
+    if (!taken.find(dice, area(-0.5 * depth, 0.17), 0.17, spot)) continue;
     const Isometry3d at = on(top, spot.x(), spot.y(), 0.0, dice.between(-0.6, 0.6));
     dice.chance(0.6) ? book(b, at, dice) : mug(b, at, dice);
   }
@@ -345,7 +345,7 @@ Stage desk(std::uint64_t seed) {
     taken.take(x + 0.14, 0.5 * depth - 0.15, 0.12);
     monitor(b, on(top, x, 0.5 * depth - 0.14, 0.0, dice.between(-0.15, 0.15)), dice);
   }
-  if (taken.find(dice, area(0.21), 0.20, spot)) lid(b, on(top, spot.x(), spot.y(), 0.0, dice.between(-0.7, 0.7)), dice);
+  if (taken.find(dice, area(0.21), 0.21, spot)) lid(b, on(top, spot.x(), spot.y(), 0.0, dice.between(-0.7, 0.7)), dice);
   if (taken.find(dice, area(0.18), 0.17, spot)) book(b, on(top, spot.x(), spot.y(), 0.0, dice.between(-0.7, 0.7)), dice);
   const double radius = dice.between(0.05, 0.10);
   if (taken.find(dice, area(radius), radius, spot)) {
@@ -687,7 +687,7 @@ Stage office(std::uint64_t seed) {
   if (taken.find(dice, middle, 0.8, spot)) workplace(b, standing(spot.x(), spot.y(), 0.0, dice.between(-pi, pi)), 1.3, dice);
   const int loose = dice.whole(4, 7);
   for (int i = 0; i < loose; ++i) {
-    if (!taken.find(dice, middle, 0.32, spot)) continue;
+    if (!taken.find(dice, middle, 0.36, spot)) continue;
     const Isometry3d base = standing(spot.x(), spot.y(), 0.0, dice.between(-pi, pi));
     switch (dice.whole(0, 3)) {
       case 0: bin(b, base, dice); break;
