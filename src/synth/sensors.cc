@@ -74,9 +74,9 @@ double grey(const Vector3d& colour) { return 0.299 * colour.x() + 0.587 * colour
 // applications", Sensors 12(2), 2012). Disparity d = f b / z is measured in steps of 1/8 pixel, so depth lies on
 // z = f b / d. The paper's random error, sigma_z = 1.425e-3 z^2 (half a step), is what a plane fit sees, rounding
 // included: rounding to a step s contributes s^2 / 12, Gaussian noise before it the rest.
-// A point that the projector, 7.5 cm to the camera's right, does not see has no depth; so do surfaces at grazing angles:
-// from 75 degrees on more and more, beyond 85 all (Nguyen, Izadi & Lovell, "Modeling Kinect sensor noise for improved 3D
-// reconstruction and tracking", 2012, saw the noise grow without bound there).
+// A point that the projector, 7.5 cm to the camera's right, does not see has no depth; so do surfaces at grazing angles, on
+// which noise rises steeply (Nguyen, Izadi & Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and
+// tracking", 2012): from 75 degrees on more and more, beyond 85 all; the two angles are our choice.
 Measurement measure_kinect1(const Shot& shot) {
   constexpr double kSigma_px = kinect1::kSigma * kinect1::kFocalBaseline;
   const double sigma_px = std::sqrt(kSigma_px * kSigma_px - kinect1::kStep_px * kinect1::kStep_px / 12.0);

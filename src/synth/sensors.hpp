@@ -40,10 +40,10 @@ Measurement measure(Sensor sensor, const Scene& scene, const Camera& camera, con
 /// Constants that tests and documentation share.
 namespace kinect1 {
 inline constexpr double kFocalBaseline =
-    580.0 * 0.075;  ///< f b, pixels times metres: f and b of the sensor (Khoshelham & Elberink 2012: 5.5 mm / 9.3 um, 7.5 cm).
+    580.0 * 0.075;                            ///< f b of the sensor, whatever the camera: nominal values, pixels times metres.
 inline constexpr double kBaseline_m = 0.075;  ///< The projector stands this far along +x.
 inline constexpr double kStep_px = 0.125;     ///< Disparities are multiples of 1/8 pixel.
-inline constexpr double kSigma = 1.425e-3;  ///< sigma_z = kSigma z^2, per metre (the same paper, eq. 10 with sigma_d = 1/2 step).
+inline constexpr double kSigma = 1.425e-3;    ///< sigma_z = kSigma z^2, per metre (Khoshelham & Elberink 2012).
 inline constexpr double kNearest_m = 0.5;
 inline constexpr double kFarthest_m = 8.0;
 }  // namespace kinect1
