@@ -173,7 +173,7 @@ TEST_F(CloudFile, OneWildPointDoesNotMoveTheOrigin) {
   for (int i = 0; i < 9; ++i) lines += "5000.25 2000.5 " + std::to_string(i) + "\n";
   const auto cloud = decode(pcd(lines + "1e12 0 0\n", "x y z", "8 8 8", "F F F", "1 1 1", "10 1 10"));
   ASSERT_TRUE(cloud.ok()) << cloud.error().message;
-  EXPECT_EQ(cloud->origin, Eigen::Vector3d(5000.0, 2001.0, 3.0));  // The middle z of 0, 0, 1 … 8 is the sixth; half rounds away.
+  EXPECT_EQ(cloud->origin, Eigen::Vector3d(5000.0, 2001.0, 4.0));  // The sixth of ten; a half rounds up.
   EXPECT_EQ(cloud->point(4), Eigen::Vector3d(5000.25, 2000.5, 4.0));
 }
 
@@ -234,7 +234,7 @@ TEST_F(CloudFile, PclReadsDoubles) {
 }
 
 TEST_F(CloudFile, ReadsWhatPclWrites) {
-  pcl::PointCloud<pcl::PointXYZRGBNormal> theirs(5, 4);
+  pcl::PointCloud<pcl::PointNormal> theirs(5, 4);
   RandomStream random(11, 0);
   for (auto& point : theirs) point.getVector3fMap().setConstant(static_cast<float>(random.uniform()));
   theirs[7].x = theirs[7].y = theirs[7].z = kNaN;
@@ -285,8 +285,12 @@ TEST(RealClouds, HaveTheirCounts) {
     pcl::PointCloud<pcl::PointXYZ> theirs;
     ASSERT_EQ(pcl::io::loadPCDFile((folder / name).string(), theirs), 0);
     for (std::size_t i = 0; i < size; ++i) {
-      ASSERT_EQ(cloud->finite(i), pcl::isFinite(theirs[i]));
-      if (cloud->finite(i)) ASSERT_EQ(cloud->point(i).cast<float>(), theirs[i].getVector3fMap()) << name << " " << i;
+      ASSERT_EQ(cloud->finite(i), theirs[i].getVector3fMap().allFinite());
+      if (!cloud->finite(i)) continue;
+      const double rounding =
+          std::ldexp(cloud->local(i).cwiseAbs().maxCoeff(), -24);  // Of the local float; none without an origin.
+      const Eigen::Vector3d difference = cloud->point(i) - theirs[i].getVector3fMap().cast<double>();
+      ASSERT_LE(difference.cwiseAbs().maxCoeff(), far ? rounding : 0.0) << name << " " << i;
     }
   }
 }
@@ -297,7 +301,7 @@ TEST(RealClouds, PointsAtTheOriginAreData) {
   const auto cloud = read_cloud(path);
   ASSERT_TRUE(cloud.ok());
   std::size_t zeros = 0;
-  for (std::size_t i = 0; i < cloud->size(); ++i) zeros += cloud->local(i).isZero(0.0) ? 1 : 0;
+  for (std::size_t i = 0; i < cloud->size(); ++i) zeros += cloud->local(i).isZero(0.0) ? 1U : 0U;
   EXPECT_EQ(zeros, 5032U);
 }
 
@@ -483,7 +487,7 @@ TEST_F(CloudFile, EveryTruncationIsAnErrorAndSilent) {
     for (std::size_t length = 0; length < shortest; ++length) {
       const auto cut = decode(content.substr(0, length));
       EXPECT_TRUE(!cut || cut->size() == 12) << extension << int(encoding) << " " << length;
-      if (encoding != CloudEncoding::ascii) EXPECT_FALSE(cut.ok()) << length;
+      EXPECT_TRUE(!cut || encoding == CloudEncoding::ascii) << extension << length;
     }
     EXPECT_TRUE(decode(content).ok());
   }
