@@ -14,6 +14,8 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "cloud_io/assemble.h"
 #include "cloud_io/formats.h"
@@ -335,34 +337,38 @@ Result<PointCloud> decode_binary(const Header& header, const std::string& name) 
       return format_error(name, compressed ? "the compressed data is damaged" : "PCL cannot decode the data");
     }
   }
+  struct Axis {
+    std::size_t offset;
+    bool is_float;
+  };
+  std::array<Axis, 3> axes{};
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    const Field& field = header.fields[header.axes[axis]];
+    axes[axis] = {field.offset, field.size == sizeof(float)};
+  }
+  const auto value = [](const std::uint8_t* point, Axis axis) {
+    return axis.is_float ? load<float>(point + axis.offset) : load<double>(point + axis.offset);
+  };
   const auto coordinate = [&](std::size_t i) {
-    Eigen::Vector3d point;
-    for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-      const Field& field = header.fields[header.axes[axis]];
-      const std::uint8_t* bytes = blob.data.data() + i * header.point_bytes + field.offset;
-      point[static_cast<Eigen::Index>(axis)] = field.size == sizeof(float) ? load<float>(bytes) : load<double>(bytes);
-    }
-    return point;
+    const std::uint8_t* point = blob.data.data() + i * header.point_bytes;
+    return Eigen::Vector3d(value(point, axes[0]), value(point, axes[1]), value(point, axes[2]));
   };
   return assemble(header.width, header.height, coordinate);
 }
 
-/// One line: `columns` numbers, of which x, y and z are read.
-Result<Eigen::Vector3d> parse_point(const Header& header, std::string_view line, const std::string& place) {
-  Eigen::Vector3d point;
+/// One line: `columns` values, of which x, y and z are read. Returns what is wrong, or nothing.
+std::string parse_point(const Header& header, std::string_view line, Eigen::Vector3d& point) {
   std::uint64_t column = 0;
   for (auto word = take_word(line); !word.empty(); word = take_word(line), ++column) {
     for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
       if (header.fields[header.axes[axis]].column != column) continue;
       const auto value = parse_real(word);
-      if (!value) return format_error(place, std::string(kAxes[axis]) + " is " + quoted(word) + ", not a number");
+      if (!value) return std::string(kAxes[axis]) + " is " + quoted(word) + ", not a number";
       point[static_cast<Eigen::Index>(axis)] = *value;
     }
   }
-  if (column != header.columns) {
-    return format_error(place, std::to_string(column) + " values, expected " + std::to_string(header.columns));
-  }
-  return point;
+  if (column == header.columns) return {};
+  return std::to_string(column) + " values, expected " + std::to_string(header.columns);
 }
 
 Result<PointCloud> decode_ascii(const Header& header, const std::string& name) {
@@ -374,13 +380,13 @@ Result<PointCloud> decode_ascii(const Header& header, const std::string& name) {
   Lines lines(header.body, header.lines);
   while (const auto line = lines.next()) {
     if (std::string_view rest = *line; take_word(rest).empty()) continue;
-    const std::string place = name + ": line " + std::to_string(lines.number());
+    std::string problem;
     if (points.size() == header.points()) {
-      return format_error(place, "more than the " + std::to_string(header.points()) + " points of the header");
+      problem = "more than the " + std::to_string(header.points()) + " points of the header";
+    } else {
+      problem = parse_point(header, *line, points.emplace_back());
     }
-    const auto point = parse_point(header, *line, place);
-    if (!point) return point.error();
-    points.push_back(*point);
+    if (!problem.empty()) return format_error(name, "line " + std::to_string(lines.number()) + ": " + problem);
   }
   if (points.size() != header.points()) {
     return format_error(name,

@@ -4,12 +4,15 @@
 // words for 0 or NaN in silence, and puts x into the wrong place when it stands between red and blue. What keeps it from
 // that is a walk through the whole body, and that walk is all there is to decoding. PCL's writer, too, needs a named file.
 // The tests hold this reader and this writer against PCL's.
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "cloud_io/assemble.h"
 #include "cloud_io/formats.h"

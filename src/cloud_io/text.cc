@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cloud_io/text.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>

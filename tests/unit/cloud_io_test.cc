@@ -5,13 +5,11 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -20,6 +18,7 @@
 #include "fransac/core/random.hpp"
 #include "fransac/io/cloud_file.hpp"
 #include "fransac/io/overlay.hpp"
+#include "unit/temporary_folder.h"
 
 namespace fransac::io {
 namespace {
@@ -38,23 +37,10 @@ constexpr Format kFormats[] = {{".pcd", CloudEncoding::ascii},
                                {".ply", CloudEncoding::ascii},
                                {".ply", CloudEncoding::binary}};
 
-/// A folder of its own for each test.
 class CloudFile : public ::testing::Test {
  protected:
-  CloudFile()
-      : folder_(std::filesystem::temp_directory_path() / ("fransac_cloud_io_" + std::to_string(::getpid()) + "_" +
-                                                          ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    std::filesystem::create_directories(folder_);
-  }
-  ~CloudFile() override { std::filesystem::remove_all(folder_); }
   [[nodiscard]] std::filesystem::path file(const std::string& name) const { return folder_ / name; }
-  [[nodiscard]] std::filesystem::path put(const std::string& name, const std::string& content) const {
-    std::ofstream(file(name), std::ios::binary) << content;
-    return file(name);
-  }
-
- private:
-  std::filesystem::path folder_;
+  fransac::testing::TemporaryFolder folder_;
 };
 
 PointCloud random_cloud(int width, int height, const Eigen::Vector3d& origin, bool with_gaps) {
@@ -480,8 +466,7 @@ TEST_F(CloudFile, EveryTruncationIsAnErrorAndSilent) {
     const PointCloud cloud = random_cloud(4, 3, {5000.0, 0.0, 0.0}, false);
     const auto path = file(std::string("cloud") + extension);
     ASSERT_TRUE(write_cloud(path, cloud, some_labels(12), encoding).ok());
-    std::ifstream stream(path, std::ios::binary);
-    const std::string content{std::istreambuf_iterator<char>(stream), {}};
+    const std::string content = fransac::testing::read_text(path);
     // An ascii number cut short is a number; the last one may lose its line end.
     const std::size_t shortest = content.size() - (encoding == CloudEncoding::ascii ? 3 : 0);
     for (std::size_t length = 0; length < shortest; ++length) {
@@ -502,8 +487,7 @@ TEST_F(CloudFile, DamagedBytesNeverCrash) {
   for (const auto& [extension, encoding] : kFormats) {
     const auto path = file(std::string("cloud") + extension);
     ASSERT_TRUE(write_cloud(path, random_cloud(8, 8, Eigen::Vector3d::Zero(), true), some_labels(64), encoding).ok());
-    std::ifstream stream(path, std::ios::binary);
-    const std::string content{std::istreambuf_iterator<char>(stream), {}};
+    const std::string content = fransac::testing::read_text(path);
     for (int round = 0; round < 500; ++round) {
       std::string damaged = content;
       for (int i = 0; i < 3; ++i) {
@@ -540,7 +524,7 @@ TEST_F(CloudFile, RefusedWritesLeaveNothing) {
   refused("cloud.pcd", cloud, 2, CloudEncoding::binary, ErrorCode::invalid_argument);
   refused("cloud.pcd", PointCloud(), 0, CloudEncoding::binary, ErrorCode::no_data);
   refused("no/such/folder.pcd", cloud, 3, CloudEncoding::binary, ErrorCode::io);
-  EXPECT_TRUE(std::filesystem::is_empty(file("")));
+  EXPECT_THAT(folder_.names(), ::testing::IsEmpty());
   EXPECT_TRUE(write_cloud(file("UPPER.PCD"), cloud, {}, CloudEncoding::binary).ok());
 }
 
