@@ -1,2 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fransac/io/cloud_file.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+#include <string_view>
+
+#include "cloud_io/formats.h"
+#include "cloud_io/text.h"
+#include "fransac/io/file.hpp"
+#include "io/guard.h"
+
+namespace fransac::io {
+namespace {
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+}  // namespace
+
+namespace cloud_formats {
+
+Result<PointCloud> decode_cloud(std::span<const std::byte> bytes, const std::string& name) {
+  return guarded(name, [&]() -> Result<PointCloud> {
+    std::string_view text = as_text(bytes);
+    if (text.empty()) return format_error(name, "is empty");
+    if (text.starts_with("ply\n") || text.starts_with("ply\r")) return decode_ply(bytes, name);
+    return decode_pcd(bytes, name);
+  });
+}
+
+}  // namespace cloud_formats
+
+Result<PointCloud> read_cloud(const std::filesystem::path& file) {
+  const auto bytes = read_file(file);
+  if (!bytes) return bytes.error();
+  return cloud_formats::decode_cloud(*bytes, file.string());
+}
+
+Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
+                   CloudEncoding encoding) {
+  const std::string name = file.string();
+  const std::string extension = lower_extension(file);
+  if (extension != ".pcd" && extension != ".ply") {
+    return Error{ErrorCode::invalid_argument, name + ": the name of a cloud must end in .pcd or .ply"};
+  }
+  if (extension == ".ply" && encoding == CloudEncoding::binary_compressed) {
+    return Error{ErrorCode::invalid_argument, name + ": PLY has no binary_compressed encoding"};
+  }
+  if (!labels.empty() && labels.size() != cloud.size()) {
+    return Error{ErrorCode::invalid_argument,
+                 name + ": " + std::to_string(labels.size()) + " labels for " + std::to_string(cloud.size()) + " points"};
+  }
+  if (cloud.empty()) return Error{ErrorCode::no_data, name + ": the cloud to write has no points"};
+  return guarded(name, [&]() -> Status {
+    const auto text = extension == ".ply" ? Result(cloud_formats::encode_ply(cloud, labels, encoding))
+                                          : cloud_formats::encode_pcd(cloud, labels, encoding, name);
+    return text ? write_file(file, std::string_view(*text)) : text.error();
+  });
+}
+
+}  // namespace fransac::io

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Point clouds as files: PCD and PLY through PCL's io library. Optional component `cloud_io`.
+/// Point clouds as files: PCD (through PCL's io library) and PLY. Optional component `cloud_io`.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,18 @@ enum class CloudEncoding { ascii, binary, binary_compressed };  ///< binary_comp
 /// Reads a PCD (ascii, binary, binary_compressed) or PLY (ascii, binary, both byte orders) file; which it is, is found
 /// from the content. Needs fields x, y, z (float or double). The origin is chosen near the cloud's centre when its
 /// coordinates are too large for float (|coordinate| > 1000 m), else zero. Organised clouds keep width x height.
-/// Points that are not finite stay NaN. A PCD's VIEWPOINT is not applied.
+/// Points that are not finite are NaN on all axes. A PCD's VIEWPOINT is not applied.
+/// Points at (0, 0, 0) are data like any other: some drivers write them for "no return", and whether a segmenter takes
+/// them is the pass-through's affair, not the reader's.
+/// A header that promises no points gives an empty cloud.
 /// Every size in the header is checked against the file's size before memory is taken.
 Result<PointCloud> read_cloud(const std::filesystem::path& file);
 
-/// Writes a cloud as PCD or PLY (by the file's extension), with a colour per point by label when `labels` is not empty
-/// (one per point; io::label_colour; grey for no plane) and the label itself as a field. Temporary name, then renamed.
+/// Writes a cloud as PCD or PLY (by the file's extension, .pcd or .ply), with a colour per point by label when `labels`
+/// is not empty (one per point; io::label_colour; grey for no plane) and the label itself as a field of 32 bits.
+/// x, y, z are in the input's coordinates: floats, or doubles when the cloud has an origin. Temporary name, then renamed.
+/// Errors: invalid_argument for another extension, a number of labels that is not the number of points, or a PLY
+/// binary_compressed; no_data for a cloud without points.
 Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
                    CloudEncoding encoding = CloudEncoding::binary);
 

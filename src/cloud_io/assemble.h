@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// From coordinates in double to a PointCloud and back.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "fransac/core/labels.hpp"
+#include "fransac/core/point_cloud.hpp"
+#include "fransac/io/overlay.hpp"
+
+namespace fransac::io::cloud_formats {
+
+/// Above this a float is coarser than 0.06 mm (2^-14 m from 1024 m on), and the cloud gets a local origin. Metres.
+inline constexpr double kFarFromZero = 1000.0;
+
+/// The coordinate-wise median, in whole metres so that subtracting it is exact; zero for clouds near zero. The median
+/// and not the box's centre: one wild point must not spoil the others' precision.
+template <class Coordinate>
+Eigen::Vector3d choose_origin(std::size_t size, const Coordinate& coordinate) {
+  bool far = false;
+  std::array<std::vector<double>, 3> axes;
+  for (std::size_t i = 0; i < size && !far; ++i) {
+    const Eigen::Vector3d point = coordinate(i);
+    far = point.allFinite() && point.cwiseAbs().maxCoeff() > kFarFromZero;
+  }
+  if (!far) return Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < size; ++i) {
+    const Eigen::Vector3d point = coordinate(i);
+    if (!point.allFinite()) continue;
+    for (int axis = 0; axis < 3; ++axis) axes[static_cast<std::size_t>(axis)].push_back(point[axis]);
+  }
+  Eigen::Vector3d origin;
+  for (int axis = 0; axis < 3; ++axis) {
+    auto& values = axes[static_cast<std::size_t>(axis)];
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    origin[axis] = std::round(*middle);
+  }
+  return origin;
+}
+
+/// `coordinate(i)` is the i-th point in the input's coordinates. Points that are not finite, or too far from the rest for
+/// float, become NaN on all axes.
+template <class Coordinate>
+PointCloud assemble(std::size_t width, std::size_t height, const Coordinate& coordinate) {
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  PointCloud cloud;
+  cloud.resize_uninitialised(width * height);
+  cloud.width = static_cast<int>(width);
+  cloud.height = static_cast<int>(height);
+  cloud.origin = choose_origin(cloud.size(), coordinate);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d local = coordinate(i) - cloud.origin;
+    const bool fits = local.allFinite() && local.cwiseAbs().maxCoeff() <= static_cast<double>(std::numeric_limits<float>::max());
+    cloud.set(i, fits ? Eigen::Vector3f(local.cast<float>()) : Eigen::Vector3f::Constant(kNaN));
+  }
+  return cloud;
+}
+
+/// The i-th point in the input's coordinates, NaN on all axes when one is not finite.
+inline Eigen::Vector3d point_to_write(const PointCloud& cloud, std::size_t i) {
+  return cloud.finite(i) ? cloud.point(i) : Eigen::Vector3d(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+}
+
+/// Coordinates with an origin need double; without one they are floats already.
+inline bool needs_double(const PointCloud& cloud) { return !cloud.origin.isZero(0.0); }
+
+struct Extent {
+  std::size_t width = 0;
+  std::size_t height = 0;
+};
+/// Columns and rows to write: those of an organised cloud, else one row.
+inline Extent extent(const PointCloud& cloud) {
+  const auto width = static_cast<std::size_t>(std::max(cloud.width, 0));
+  const auto height = static_cast<std::size_t>(std::max(cloud.height, 0));
+  return cloud.organised() && width * height == cloud.size() ? Extent{width, height} : Extent{cloud.size(), 1};
+}
+
+/// Grey where there is no plane.
+inline std::array<std::uint8_t, 3> point_colour(std::uint8_t label) {
+  constexpr std::uint8_t kGrey = 128;
+  if (label == kLabelNoDepth || label == kLabelNoPlane) return {kGrey, kGrey, kGrey};
+  return label_colour(label);
+}
+
+}  // namespace fransac::io::cloud_formats

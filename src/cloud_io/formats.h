@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// PCD and PLY in memory. `name` stands for the file in messages. The functions may throw std::bad_alloc and what PCL
+// throws, except decode_cloud, which is the boundary.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "fransac/core/point_cloud.hpp"
+#include "fransac/core/result.hpp"
+#include "fransac/io/cloud_file.hpp"
+
+namespace fransac::io::cloud_formats {
+
+Result<PointCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name);
+Result<PointCloud> decode_ply(std::span<const std::byte> bytes, const std::string& name);
+/// Either, found from the content.
+Result<PointCloud> decode_cloud(std::span<const std::byte> bytes, const std::string& name);
+
+/// `labels` is empty or has one per point; the cloud has points.
+Result<std::string> encode_pcd(const PointCloud& cloud, std::span<const std::uint8_t> labels, CloudEncoding encoding,
+                               const std::string& name);
+std::string encode_ply(const PointCloud& cloud, std::span<const std::uint8_t> labels, CloudEncoding encoding);
+
+}  // namespace fransac::io::cloud_formats
