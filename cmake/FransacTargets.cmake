@@ -25,9 +25,6 @@ if(FRANSAC_SANITIZE)
   add_compile_options(-fsanitize=${FRANSAC_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${FRANSAC_SANITIZE})
 endif()
-if(FRANSAC_BUILD_FUZZERS)
-  add_compile_options(-fsanitize=fuzzer-no-link)  # coverage of the libraries, which libFuzzer follows
-endif()
 
 # fransac_library(NAME COMPONENT): a library that is exported as fransac::COMPONENT, in an export set of its own.
 function(fransac_library name component)
