@@ -117,7 +117,8 @@ def check_includes(root):
             complaints.append(f"{path}: module '{module}' is not in the table of arrows")
             continue
         for bracket, name in INCLUDE.findall(read(root, path)):
-            complaint = outside_complaint(path, module, name) if bracket == "<" else inside_complaint(root, path, module, name)
+            target = None if bracket == "<" else resolve(root, path, name)
+            complaint = inside_complaint(path, module, name, target) if target else outside_complaint(path, module, name)
             if complaint:
                 complaints.append(f"{path}: {complaint}")
     return complaints
@@ -134,17 +135,13 @@ def outside_complaint(path, module, name):
     else:
         allowed = OUTSIDE.get(module, set()) | (set() if module == "kernels" else {"Eigen"})
     if first not in allowed:
-        return f"includes <{name}>, which is not for {'public headers' if path.startswith('include/') else module}"
+        return f"includes {name}, which is not for {'public headers' if path.startswith('include/') else module}"
     if first == "tbb" and path != THREAD_MAKER:
-        return f"includes <{name}>; only {THREAD_MAKER} makes threads"
+        return f"includes {name}; only {THREAD_MAKER} makes threads"
     return None
 
 
-def inside_complaint(root, path, module, name):
-    # Highway includes a kernel's file once per target by the path in HWY_TARGET_INCLUDE; nothing special about it.
-    target = resolve(root, path, name)
-    if target is None:
-        return f'includes "{name}", which is neither in include/ nor in src/'
+def inside_complaint(path, module, name, target):
     other = module_of(target)
     public = target.startswith("include/")
     if path.startswith("include/") and not public:
