@@ -9,20 +9,37 @@ target_compile_options(fransac_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-res
 if(FRANSAC_WARNINGS_AS_ERRORS)
   target_compile_options(fransac_flags INTERFACE -Werror)
 endif()
+
+if(PROJECT_IS_TOP_LEVEL)
+  add_compile_definitions($<$<CONFIG:Debug>:_GLIBCXX_ASSERTIONS>)
+  if(NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
+    find_program(FRANSAC_CCACHE ccache)
+    mark_as_advanced(FRANSAC_CCACHE)
+    if(FRANSAC_CCACHE)
+      set(CMAKE_CXX_COMPILER_LAUNCHER ${FRANSAC_CCACHE})
+    endif()
+  endif()
+endif()
+
 if(FRANSAC_SANITIZE)
   add_compile_options(-fsanitize=${FRANSAC_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${FRANSAC_SANITIZE})
 endif()
 
-# fransac_library(NAME [ALIAS part]): a library that is installed as fransac::ALIAS.
-function(fransac_library name alias)
+# fransac_library(NAME COMPONENT): a library that is exported as fransac::COMPONENT, in an export set of its own.
+function(fransac_library name component)
   add_library(${name})
-  add_library(fransac::${alias} ALIAS ${name})
-  set_target_properties(${name} PROPERTIES EXPORT_NAME ${alias} VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+  add_library(fransac::${component} ALIAS ${name})
+  # Before 1.0 a new minor version may break binary compatibility.
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${component} VERSION ${PROJECT_VERSION}
+                                           SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} INSTALL_RPATH $ORIGIN)
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:fransac_flags>)
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                                             $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
                                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
                                     PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  if(FRANSAC_INSTALL)
+    install(TARGETS ${name} EXPORT ${name})
+  endif()
 endfunction()
