@@ -1,2 +1,66 @@
 // SPDX-License-Identifier: Apache-2.0
-int main() { return 0; }
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <exception>
+#include <new>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "commands.hpp"
+#include "errors.hpp"
+#include "fransac/version.hpp"
+#include "output.hpp"
+
+namespace fransac::cli {
+namespace {
+
+/// The text that the parser asks to be printed, or a usage error.
+void finish_parsing(const CLI::App& app, const CLI::ParseError& error) {
+  if (dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr) return write_stdout(app.help());
+  if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) return write_stdout(std::string(error.what()) + "\n");
+  const auto chosen = app.get_subcommands();
+  throw UsageError(fmt::format("{}\nSee: fransac {}--help", error.what(), chosen.empty() ? "" : chosen.front()->get_name() + " "));
+}
+
+void run(int argc, char** argv) {
+  CLI::App app("Planes in depth frames and point clouds.", "fransac");
+  app.set_version_flag("--version", fmt::format("fransac {}", kVersion), "print the version and exit");
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  app.footer("Exit codes: 0 done, 1 the input could not be used or an output not be written, 2 wrong usage.");
+  const Command commands[] = {add_segment(app), add_evaluate(app), add_bench(app), add_synth(app)};
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return finish_parsing(app, error);
+  }
+  for (const Command& command : commands) {
+    if (command.app->parsed()) command.run();
+  }
+}
+
+int guarded_run(int argc, char** argv) {
+  try {
+    run(argc, argv);
+    return kExitDone;
+  } catch (const UsageError& error) {
+    log(error.what());
+    return kExitUsage;
+  } catch (const Failure& error) {
+    log(error.what());
+  } catch (const std::bad_alloc&) {
+    log("out of memory");
+  } catch (const std::exception& error) {
+    log(fmt::format("internal error: {}", error.what()));
+  }
+  return kExitFailure;
+}
+
+}  // namespace
+}  // namespace fransac::cli
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a failed write with a message, not a silent death
+  return fransac::cli::guarded_run(argc, argv);
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How a command ends early: main() turns these into a message on stderr and an exit code.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "fransac/core/result.hpp"
+
+namespace fransac::cli {
+
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitFailure = 1;  ///< An input could not be used or an output not be written.
+inline constexpr int kExitUsage = 2;    ///< The command line itself is wrong.
+
+struct Failure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+inline void check(const Status& status) {
+  if (!status) throw Failure(status.error().message);
+}
+
+template <class T>
+T unwrap(Result<T> result) {
+  if (!result) throw Failure(result.error().message);
+  return std::move(result).value();
+}
+
+}  // namespace fransac::cli

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What commands work on: depth frames or a point cloud.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "fransac/core/point_cloud.hpp"
+#include "fransac/io/dataset.hpp"
+#include "fransac/planes/segment.hpp"
+
+namespace fransac::cli {
+
+using CameraFile = std::optional<std::filesystem::path>;
+
+/// An input as it was named, with its frames found but not loaded.
+struct Input {
+  std::string name;
+  io::InputKind kind = io::InputKind::depth_png;
+  std::vector<io::FrameFiles> frames;  ///< Empty for a cloud.
+
+  [[nodiscard]] bool is_cloud() const { return kind == io::InputKind::pcd || kind == io::InputKind::ply; }
+  /// Whether it is the kind of input that holds many frames, however many these are.
+  [[nodiscard]] bool is_folder_of_frames() const { return kind == io::InputKind::dataset || kind == io::InputKind::tum_sequence; }
+  [[nodiscard]] std::size_t size() const { return is_cloud() ? 1 : frames.size(); }
+  /// Names the i-th frame, or the cloud, in messages and results.
+  [[nodiscard]] std::string name_of(std::size_t i) const { return is_folder_of_frames() ? frames[i].depth.string() : name; }
+};
+
+using Content = std::variant<io::Frame, PointCloud>;
+
+/// Throws Failure, as the other functions here; UsageError for a camera file with a cloud.
+Input open_input(const std::string& name, const CameraFile& camera_file = std::nullopt);
+Content load(const Input& input, std::size_t i, const CameraFile& camera_file = std::nullopt);
+/// Segments in the workspace's memory; `name` is the input's name for messages.
+void segment(const std::string& name, const Content& content, const SegmentOptions& options, Workspace& workspace,
+             Segmentation& segmentation);
+
+}  // namespace fransac::cli

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+namespace fransac::cli {
+namespace {
+
+constexpr const char* kGroup = "Parameters of the methods";
+constexpr std::string_view kPlanes = "planes";  // the one option with a word, 'all', for a number: 0
+constexpr std::string_view kMethod = "method";
+
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+
+[[noreturn]] void reject(const std::string& flag, const std::string& expected, const std::string& text) {
+  throw CLI::ValidationError(flag, fmt::format("expected {}, not '{}'", expected, text));
+}
+
+/// "0 to 1024", "> 0", "> 0 and < 1" or nothing; a bound that the type has anyway is not worth a word.
+std::string range_text(const OptionInfo& info) {
+  const bool has_min = std::isfinite(info.min);
+  const bool has_max = std::isfinite(info.max) && info.max < std::numeric_limits<int>::max();
+  if (has_min && has_max && !info.open_min && !info.open_max) return fmt::format("{} to {}", info.min, info.max);
+  std::string text;
+  if (has_min) text += fmt::format("{} {}", info.open_min ? ">" : ">=", info.min);
+  if (has_max) text += fmt::format("{}{} {}", has_min ? " and " : "", info.open_max ? "<" : "<=", info.max);
+  return text;
+}
+
+bool in_range(const OptionInfo& info, double value) {
+  return (info.open_min ? value > info.min : value >= info.min) && (info.open_max ? value < info.max : value <= info.max);
+}
+
+template <class T>
+std::string value_text(const T& value) {
+  if constexpr (IsOptional<T>::value) {
+    return value ? value_text(*value) : "the method decides";
+  } else if constexpr (Named<T>) {
+    return std::string(enum_name(value));
+  } else if constexpr (std::is_same_v<T, bool>) {
+    return value ? "on" : "off";
+  } else {
+    return fmt::format("{}", value);
+  }
+}
+
+/// What a value must be, for help and errors: "a number > 0", "one of pixels, leaves".
+template <class T>
+std::string expected_text(const OptionInfo& info, const T& value) {
+  if constexpr (IsOptional<T>::value) {
+    return expected_text(info, typename T::value_type{});
+  } else if constexpr (Named<T>) {
+    return "one of " + enum_list<T>();
+  } else {
+    (void)value;
+    const std::string range = range_text(info);
+    const char* const kind = std::is_floating_point_v<T> ? "a number" : std::is_signed_v<T> ? "a whole number" : "a whole number >= 0";
+    return range.empty() ? kind : fmt::format("{} {}", kind, range);
+  }
+}
+
+/// Reads a value; false when it is none or outside its range.
+template <class T>
+bool read_value(const OptionInfo& info, const std::string& text, T& value) {
+  if constexpr (IsOptional<T>::value) {
+    typename T::value_type inner{};
+    if (!read_value(info, text, inner)) return false;
+    value = inner;
+    return true;
+  } else if constexpr (Named<T>) {
+    const auto named = enum_from_name<T>(text);
+    value = named.value_or(value);
+    return named.has_value();
+  } else {
+    const auto number = parse_number<T>(text);
+    if (!number || !in_range(info, static_cast<double>(*number))) return false;
+    value = *number;
+    return true;
+  }
+}
+
+template <class T>
+inline constexpr bool kIsFlag = std::is_same_v<T, bool> || std::is_same_v<T, std::optional<bool>>;
+
+/// "help [unit, range, default …]"
+std::string describe(const OptionInfo& info, const std::string& expected, const std::string& default_text) {
+  std::string notes;
+  for (const std::string& note : {std::string(info.unit), expected}) {
+    if (!note.empty()) notes += note + "; ";
+  }
+  return fmt::format("{} [{}default: {}]", info.help, notes, default_text);
+}
+
+struct AddFlag {
+  CLI::App& app;
+
+  template <class T>
+  void operator()(const OptionInfo& info, T& value) const {
+    const std::string flag = fmt::format("--{}", info.name);
+    if constexpr (kIsFlag<T>) {
+      const auto set = [&value](std::int64_t count) { value = count > 0; };
+      app.add_flag_function(fmt::format("{},!--no-{}", flag, info.name), set, describe(info, "", value_text(value)))->group(kGroup);
+    } else {
+      const std::string expected = expected_text(info, value);
+      const auto set = [&value, info, flag, expected](const std::string& text) {
+        if (!read_value(info, text, value)) reject(flag, expected, text);
+      };
+      const char* const type = Named<T> ? "NAME" : "N";
+      app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))->type_name(type)->group(kGroup);
+    }
+  }
+};
+
+/// "--planes N|all": 0 means all in the options, but nobody asks for 0 planes.
+void add_planes(CLI::App& app, OptionInfo info, int& value) {
+  info.min = 1;
+  const std::string flag = fmt::format("--{}", info.name);
+  const std::string expected = expected_text(info, value) + ", or 'all'";
+  const auto set = [&value, info, flag, expected](const std::string& text) {
+    if (text == "all") {
+      value = 0;
+    } else if (!read_value(info, text, value)) {
+      reject(flag, expected, text);
+    }
+  };
+  info.unit = "";
+  app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))->type_name("N|all")->group(kGroup);
+}
+
+void add_methods(CLI::App& app, const OptionInfo& info, std::vector<Method>& methods) {
+  const std::string flag = fmt::format("--{}", info.name);
+  const std::string known = enum_list<Method>();
+  const auto set = [&methods, flag, known](const std::string& text) {
+    methods.clear();
+    for (const std::string& name : CLI::detail::split(text, ',')) {
+      const auto method = enum_from_name<Method>(name);
+      if (!method) reject(flag, "a comma-separated list of " + known, name);
+      if (std::find(methods.begin(), methods.end(), *method) != methods.end()) {
+        throw CLI::ValidationError(flag, fmt::format("'{}' is named twice", name));
+      }
+      methods.push_back(*method);
+    }
+  };
+  std::string defaults;
+  for (const Method method : methods) defaults += (defaults.empty() ? "" : ",") + std::string(enum_name(method));
+  app.add_option_function<std::string>(flag, set, fmt::format("methods, separated by commas, out of {} [default: {}]", known, defaults))
+      ->type_name("M,M,...");
+}
+
+struct ToJson {
+  nlohmann::ordered_json& json;
+
+  template <class T>
+  void operator()(const OptionInfo& info, const T& value) const {
+    nlohmann::ordered_json& slot = json[std::string(info.name)];
+    if constexpr (IsOptional<T>::value) {
+      if (value) (*this)(info, *value);
+    } else if constexpr (Named<T>) {
+      slot = enum_name(value);
+    } else {
+      slot = value;
+    }
+    if (info.name == kPlanes && slot == 0) slot = "all";
+  }
+};
+
+}  // namespace
+
+void add_count(CLI::App& app, const std::string& name, int& value, int min, int max, const std::string& help) {
+  const OptionInfo info{.min = static_cast<double>(min), .max = static_cast<double>(max)};
+  const std::string expected = expected_text(info, value);
+  const auto set = [&value, info, name, expected](const std::string& text) {
+    if (!read_value(info, text, value)) reject(name, expected, text);
+  };
+  app.add_option_function<std::string>(name, set, fmt::format("{} [{}; default: {}]", help, expected, value))->type_name("N");
+}
+
+void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help) {
+  const std::string expected = expected_text(OptionInfo{}, value);
+  const auto set = [&value, expected](const std::string& text) {
+    if (!read_value(OptionInfo{}, text, value)) reject("--seed", expected, text);
+  };
+  app.add_option_function<std::string>("--seed", set, fmt::format("{} [{}; default: {}]", help, expected, value))->type_name("N");
+}
+
+void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods) {
+  for_each_option(options, [&](const OptionInfo& info, auto& value) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, int>) {
+      if (info.name == kPlanes) return add_planes(app, info, value);
+    }
+    if (info.name == kMethod && several_methods != nullptr) return add_methods(app, info, *several_methods);
+    AddFlag{app}(info, value);
+  });
+}
+
+void check_options(const SegmentOptions& options) {
+  if (const Status status = validate(options); !status) throw UsageError(status.error().message);
+}
+
+nlohmann::ordered_json options_to_json(const SegmentOptions& options) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for_each_option(options, ToJson{json});
+  return json;
+}
+
+}  // namespace fransac::cli

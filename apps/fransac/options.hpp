@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Command line flags and JSON made from `for_each_option`, so that names, ranges, help texts and defaults stand once.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "errors.hpp"
+#include "fransac/planes/options.hpp"
+
+namespace fransac::cli {
+
+/// An enum whose values have names.
+template <class T>
+concept Named = requires { EnumNames<T>::values; };
+
+/// "a, b, c"
+template <Named Enum>
+std::string enum_list() {
+  std::string list;
+  for (const std::string_view name : EnumNames<Enum>::values) list += (list.empty() ? "" : ", ") + std::string(name);
+  return list;
+}
+
+template <Named Enum>
+std::optional<Enum> enum_from_name(std::string_view name) {
+  int value = 0;
+  for (const std::string_view known : EnumNames<Enum>::values) {
+    if (known == name) return static_cast<Enum>(value);
+    ++value;
+  }
+  return std::nullopt;
+}
+
+/// The whole text as a number; nothing when it is none or does not fit.
+template <class Number>
+std::optional<Number> parse_number(std::string_view text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// Adds "--name N", a whole number within [min, max], to a command.
+void add_count(CLI::App& app, const std::string& name, int& value, int min, int max, const std::string& help);
+/// Adds "--seed N".
+void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help);
+
+/// Adds a flag for each option of `options`. With `several_methods`, "--method" takes a comma-separated list into it
+/// instead and `options.method` is left alone.
+void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods = nullptr);
+
+/// Checks what single flags cannot, for example that limits are in order. Throws UsageError.
+void check_options(const SegmentOptions& options);
+
+/// All option values by name; null where the method decides.
+nlohmann::ordered_json options_to_json(const SegmentOptions& options);
+
+}  // namespace fransac::cli

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdio>
+#include <string_view>
+
+namespace fransac::cli {
+
+/// One line on stderr that says how far a command is; nothing at all when stderr is no terminal or there is only one step.
+class Progress {
+ public:
+  explicit Progress(std::size_t total) : total_(total), shown_(total > 1 && ::isatty(STDERR_FILENO) == 1) {}
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress() { clear(); }
+
+  /// Begins the next step.
+  void step(std::string_view what) {
+    ++done_;
+    if (!shown_) return;
+    clear();
+    fmt::print(stderr, "[{}/{}] {}", done_, total_, what);
+    std::fflush(stderr);
+  }
+  /// Wipes the line, before something else is printed.
+  void clear() const {
+    if (shown_) std::fputs("\r\033[K", stderr);
+  }
+
+ private:
+  std::size_t total_;
+  std::size_t done_ = 0;
+  bool shown_;
+};
+
+}  // namespace fransac::cli

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <string_view>
+#include <vector>
+
+#include "fransac/core/labels.hpp"
+#include "fransac/eval/metrics.hpp"
+
+namespace fransac::eval {
+namespace {
+
+using Labels = std::vector<std::uint8_t>;
+
+/// A mask as a drawing: '?' is 0 (no depth, ignored), '.' is 255 (no plane), digits are planes; blanks are skipped.
+Labels mask(std::string_view drawing) {
+  Labels labels;
+  for (const char c : drawing) {
+    if (c == ' ') continue;
+    if (c == '?') {
+      labels.push_back(kLabelNoDepth);
+    } else if (c == '.') {
+      labels.push_back(kLabelNoPlane);
+    } else {
+      labels.push_back(static_cast<std::uint8_t>(c - '0'));
+    }
+  }
+  return labels;
+}
+
+/// `count` pixels of one label.
+void append(Labels& labels, int count, std::uint8_t label) {
+  labels.insert(labels.end(), static_cast<std::size_t>(count), label);
+}
+
+TEST(Detection, RatiosByHand) {
+  const Detection detection{6, 2, 4};
+  EXPECT_DOUBLE_EQ(detection.precision(), 0.75);
+  EXPECT_DOUBLE_EQ(detection.recall(), 0.6);
+  EXPECT_DOUBLE_EQ(detection.f1(), 2.0 * 0.75 * 0.6 / (0.75 + 0.6));
+}
+
+TEST(Detection, NothingIsZeroNotNaN) {
+  const Detection nothing;
+  EXPECT_EQ(nothing.precision(), 0.0);
+  EXPECT_EQ(nothing.recall(), 0.0);
+  EXPECT_EQ(nothing.f1(), 0.0);
+}
+
+TEST(DominantPlane, CountsOnlyJudgedPixels) {
+  // Ignored pixels (first block) may be anything; a judged pixel without predicted depth is a miss.
+  const auto detection = dominant_plane(mask("??? 11111 222 .."), mask("112 1112? 11. 1."));
+  ASSERT_TRUE(detection);
+  EXPECT_EQ(detection->true_positives, 3U);
+  EXPECT_EQ(detection->false_positives, 3U);
+  EXPECT_EQ(detection->false_negatives, 2U);
+}
+
+TEST(DominantPlane, OfAnotherPredictedLabel) {
+  const auto detection = dominant_plane(mask("1111 ...."), mask("2221 2..1"), 2);
+  ASSERT_TRUE(detection);
+  EXPECT_EQ(detection->true_positives, 3U);
+  EXPECT_EQ(detection->false_positives, 1U);
+  EXPECT_EQ(detection->false_negatives, 1U);
+}
+
+TEST(DominantPlane, DifferentSizesAreAnError) {
+  const auto detection = dominant_plane(mask("111"), mask("1111"));
+  ASSERT_FALSE(detection);
+  EXPECT_EQ(detection.error().code, ErrorCode::invalid_argument);
+  EXPECT_NE(detection.error().message.find("3 labels"), std::string::npos);
+  EXPECT_FALSE(best_overlap(mask("1"), mask("")));
+  EXPECT_FALSE(instance_metrics(mask("1"), mask("")));
+}
+
+TEST(BestOverlap, TakesThePlaneThatOverlapsMost) {
+  const auto best = best_overlap(mask("111111 222222"), mask("133333 111111"));
+  ASSERT_TRUE(best);
+  EXPECT_EQ(best->label, 3);
+  EXPECT_EQ(best->detection.true_positives, 5U);
+  EXPECT_EQ(best->detection.false_positives, 0U);
+  EXPECT_EQ(best->detection.false_negatives, 1U);
+}
+
+TEST(BestOverlap, TieGoesToTheLowerLabel) {
+  const auto best = best_overlap(mask("1111"), mask("4422"));
+  ASSERT_TRUE(best);
+  EXPECT_EQ(best->label, 2);
+}
+
+TEST(BestOverlap, NoPlaneAndNoDepthAreNoCandidates) {
+  const auto best = best_overlap(mask("1111 22"), mask("...? 11"));
+  ASSERT_TRUE(best);
+  EXPECT_EQ(best->label, 0);
+  EXPECT_EQ(best->detection.true_positives, 0U);
+  EXPECT_EQ(best->detection.false_positives, 0U);
+  EXPECT_EQ(best->detection.false_negatives, 4U);
+}
+
+TEST(InstanceMetrics, PerfectPrediction) {
+  const Labels labels = mask("1111 2222 33 .. ?");
+  const auto metrics = instance_metrics(labels, labels);
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->true_planes, 3);
+  EXPECT_EQ(metrics->predicted_planes, 3);
+  for (const auto& at : {metrics->at50, metrics->at75}) {
+    EXPECT_EQ(at.matched, 3);
+    EXPECT_EQ(at.precision, 1.0);
+    EXPECT_EQ(at.recall, 1.0);
+    EXPECT_EQ(at.f1, 1.0);
+    EXPECT_EQ(at.mean_iou, 1.0);
+  }
+  EXPECT_EQ(metrics->under_segmentation, 0.0);
+  EXPECT_EQ(metrics->over_segmentation, 0.0);
+  EXPECT_EQ(metrics->missed, 0.0);
+  EXPECT_EQ(metrics->noise, 0.0);
+  EXPECT_EQ(metrics->weighted_iou, 1.0);
+  EXPECT_EQ(metrics->plane_pixel_f1, 1.0);
+}
+
+TEST(InstanceMetrics, LabelNumbersDoNotMatter) {
+  const auto metrics = instance_metrics(mask("1111 2222"), mask("7777 3333"));
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->at75.matched, 2);
+  EXPECT_EQ(metrics->weighted_iou, 1.0);
+}
+
+TEST(InstanceMetrics, ThresholdsByHand) {
+  // Plane 1: 10 pixels, 6 found by label 1: IoU 6/10. Plane 2: 5 pixels, 4 found by label 2, which has one more elsewhere: IoU
+  // 4/6. Plane 3: 4 pixels, all found and nothing else: IoU 1. Label 4 lies on no plane.
+  const auto metrics = instance_metrics(mask("1111111111 22222 3333 ...."), mask("111111.... 2222. 3333 2444"));
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->true_planes, 3);
+  EXPECT_EQ(metrics->predicted_planes, 4);
+  EXPECT_EQ(metrics->at50.threshold, 0.5);
+  EXPECT_EQ(metrics->at50.matched, 3);
+  EXPECT_DOUBLE_EQ(metrics->at50.precision, 3.0 / 4.0);
+  EXPECT_DOUBLE_EQ(metrics->at50.recall, 1.0);
+  EXPECT_DOUBLE_EQ(metrics->at50.f1, 6.0 / 7.0);
+  EXPECT_DOUBLE_EQ(metrics->at50.mean_iou, (0.6 + 4.0 / 6.0 + 1.0) / 3.0);
+  EXPECT_EQ(metrics->at75.threshold, 0.75);
+  EXPECT_EQ(metrics->at75.matched, 1);
+  EXPECT_DOUBLE_EQ(metrics->at75.precision, 1.0 / 4.0);
+  EXPECT_DOUBLE_EQ(metrics->at75.recall, 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(metrics->at75.mean_iou, 1.0);
+  EXPECT_DOUBLE_EQ(metrics->missed, 0.0);
+  EXPECT_DOUBLE_EQ(metrics->noise, 1.0 / 4.0);
+  EXPECT_DOUBLE_EQ(metrics->weighted_iou, (10 * 0.6 + 5 * 4.0 / 6.0 + 4 * 1.0) / 19.0);
+  // On some plane: 19 true, 18 predicted, 14 both.
+  EXPECT_DOUBLE_EQ(metrics->plane_pixel_f1, 2.0 * 14 / (19 + 18));
+}
+
+TEST(InstanceMetrics, ExactlyHalfIsAMatchButOnlyOneOfTwo) {
+  const auto metrics = instance_metrics(mask("1111"), mask("1122"));
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->at50.matched, 1);
+  EXPECT_DOUBLE_EQ(metrics->at50.precision, 0.5);
+  EXPECT_DOUBLE_EQ(metrics->at50.recall, 1.0);
+  EXPECT_EQ(metrics->over_segmentation, 1.0);
+}
+
+TEST(InstanceMetrics, UnderSegmentation) {
+  // Label 1 covers planes 1 and 2 wholly; label 2 covers plane 3 and exactly half of plane 4, which is not most of it.
+  const auto metrics = instance_metrics(mask("1111 222 33 44"), mask("1111 111 22 2."));
+  ASSERT_TRUE(metrics);
+  EXPECT_DOUBLE_EQ(metrics->under_segmentation, 0.5);
+  EXPECT_DOUBLE_EQ(metrics->over_segmentation, 0.0);
+  EXPECT_DOUBLE_EQ(metrics->missed, 2.0 / 4.0);  // 1 (IoU 4/7) and 3 (IoU 2/3) match
+}
+
+TEST(InstanceMetrics, OverSegmentation) {
+  // Plane 1 is cut in two; plane 2 is found, with a piece of label 3 that is mostly elsewhere.
+  const auto metrics = instance_metrics(mask("11111111 2222 ..."), mask("11112222 3334 44."));
+  ASSERT_TRUE(metrics);
+  EXPECT_DOUBLE_EQ(metrics->over_segmentation, 0.5);
+  EXPECT_DOUBLE_EQ(metrics->under_segmentation, 0.0);
+}
+
+TEST(InstanceMetrics, SmallPlanesAreLeftOut) {
+  Labels truth;
+  Labels predicted;
+  append(truth, 990, 1);
+  append(predicted, 990, 1);
+  append(truth, 4, 2);  // 0.4 % of the judged pixels
+  append(predicted, 4, kLabelNoPlane);
+  append(truth, 6, kLabelNoPlane);
+  append(predicted, 2, kLabelNoPlane);
+  append(predicted, 4, 3);
+  append(truth, 100, kLabelNoDepth);  // not judged
+  append(predicted, 100, 4);
+  const auto metrics = instance_metrics(truth, predicted);
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->true_planes, 1);
+  EXPECT_EQ(metrics->predicted_planes, 1);
+  EXPECT_EQ(metrics->at75.f1, 1.0);
+
+  const auto strict = instance_metrics(truth, predicted, 0.004);  // exactly the share of plane 2 and label 3
+  ASSERT_TRUE(strict);
+  EXPECT_EQ(strict->true_planes, 2);
+  EXPECT_EQ(strict->predicted_planes, 2);
+  EXPECT_DOUBLE_EQ(strict->missed, 0.5);
+  EXPECT_DOUBLE_EQ(strict->noise, 0.5);
+}
+
+TEST(InstanceMetrics, NothingPredictedOrNothingTrue) {
+  const auto none_predicted = instance_metrics(mask("11 2."), mask("?? .."));
+  ASSERT_TRUE(none_predicted);
+  EXPECT_EQ(none_predicted->at50.precision, 0.0);
+  EXPECT_EQ(none_predicted->at50.f1, 0.0);
+  EXPECT_EQ(none_predicted->missed, 1.0);
+  EXPECT_EQ(none_predicted->noise, 0.0);
+  const auto none_true = instance_metrics(mask("...."), mask("1111"));
+  ASSERT_TRUE(none_true);
+  EXPECT_EQ(none_true->noise, 1.0);
+  EXPECT_EQ(none_true->weighted_iou, 0.0);
+  const auto empty = instance_metrics({}, {});
+  ASSERT_TRUE(empty);
+  EXPECT_EQ(empty->at50.f1, 0.0);
+}
+
+TEST(InstanceMetrics, RefusesAShareOutsideItsRange) {
+  for (const double share : {-0.1, 1.1, std::nan("")}) {
+    const auto metrics = instance_metrics(mask("1"), mask("1"), share);
+    ASSERT_FALSE(metrics);
+    EXPECT_NE(metrics.error().message.find("min_share"), std::string::npos);
+  }
+}
+
+TEST(PlaneError, AngleAndOffset) {
+  const double angle = std::numbers::pi / 6.0;
+  const Plane truth{Eigen::Vector3d(0, 0, -1), 2.0};
+  const Plane predicted{Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle)), 2.25};
+  const PlaneError error = plane_error(truth, predicted);
+  EXPECT_NEAR(error.angle_rad, angle, 1e-12);
+  EXPECT_NEAR(error.offset_m, 0.25, 1e-12);
+}
+
+TEST(PlaneError, NormalsAreAlignedFirst) {
+  // Near the origin noise may flip the canonical sign: the same plane, 3 mm apart.
+  const PlaneError error = plane_error({Eigen::Vector3d(0, 1, 0), 0.001}, {Eigen::Vector3d(0, -1, 0), 0.002});
+  EXPECT_NEAR(error.angle_rad, 0.0, 1e-12);
+  EXPECT_NEAR(error.offset_m, 0.003, 1e-12);
+}
+
+}  // namespace
+}  // namespace fransac::eval
