@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <exception>
 #include <new>
 #include <string>
-
-#include <fmt/format.h>
 
 #include "commands.hpp"
 #include "errors.hpp"
@@ -20,7 +20,8 @@ void finish_parsing(const CLI::App& app, const CLI::ParseError& error) {
   if (dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr) return write_stdout(app.help());
   if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) return write_stdout(std::string(error.what()) + "\n");
   const auto chosen = app.get_subcommands();
-  throw UsageError(fmt::format("{}\nSee: fransac {}--help", error.what(), chosen.empty() ? "" : chosen.front()->get_name() + " "));
+  throw UsageError(
+      fmt::format("{}\nSee: fransac {}--help", error.what(), chosen.empty() ? "" : chosen.front()->get_name() + " "));
 }
 
 void run(int argc, char** argv) {

@@ -62,7 +62,9 @@ std::string expected_text(const OptionInfo& info, const T& value) {
   } else {
     (void)value;
     const std::string range = range_text(info);
-    const char* const kind = std::is_floating_point_v<T> ? "a number" : std::is_signed_v<T> ? "a whole number" : "a whole number >= 0";
+    const char* const kind = std::is_floating_point_v<T> ? "a number"
+                             : std::is_signed_v<T>       ? "a whole number"
+                                                         : "a whole number >= 0";
     return range.empty() ? kind : fmt::format("{} {}", kind, range);
   }
 }
@@ -107,14 +109,17 @@ struct AddFlag {
     const std::string flag = fmt::format("--{}", info.name);
     if constexpr (kIsFlag<T>) {
       const auto set = [&value](std::int64_t count) { value = count > 0; };
-      app.add_flag_function(fmt::format("{},!--no-{}", flag, info.name), set, describe(info, "", value_text(value)))->group(kGroup);
+      app.add_flag_function(fmt::format("{},!--no-{}", flag, info.name), set, describe(info, "", value_text(value)))
+          ->group(kGroup);
     } else {
       const std::string expected = expected_text(info, value);
       const auto set = [&value, info, flag, expected](const std::string& text) {
         if (!read_value(info, text, value)) reject(flag, expected, text);
       };
       const char* const type = Named<T> ? "NAME" : "N";
-      app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))->type_name(type)->group(kGroup);
+      app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))
+          ->type_name(type)
+          ->group(kGroup);
     }
   }
 };
@@ -151,7 +156,8 @@ void add_methods(CLI::App& app, const OptionInfo& info, std::vector<Method>& met
   };
   std::string defaults;
   for (const Method method : methods) defaults += (defaults.empty() ? "" : ",") + std::string(enum_name(method));
-  app.add_option_function<std::string>(flag, set, fmt::format("methods, separated by commas, out of {} [default: {}]", known, defaults))
+  app.add_option_function<std::string>(flag, set,
+                                       fmt::format("methods, separated by commas, out of {} [default: {}]", known, defaults))
       ->type_name("M,M,...");
 }
 
@@ -175,7 +181,7 @@ struct ToJson {
 }  // namespace
 
 void add_count(CLI::App& app, const std::string& name, int& value, int min, int max, const std::string& help) {
-  const OptionInfo info{.min = static_cast<double>(min), .max = static_cast<double>(max)};
+  const OptionInfo info{"", "", "", static_cast<double>(min), static_cast<double>(max)};
   const std::string expected = expected_text(info, value);
   const auto set = [&value, info, name, expected](const std::string& text) {
     if (!read_value(info, text, value)) reject(name, expected, text);
@@ -189,6 +195,12 @@ void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help) {
     if (!read_value(OptionInfo{}, text, value)) reject("--seed", expected, text);
   };
   app.add_option_function<std::string>("--seed", set, fmt::format("{} [{}; default: {}]", help, expected, value))->type_name("N");
+}
+
+void add_output(CLI::App& app, const std::string& name, std::string& value, const std::string& help,
+                const std::string& type_name) {
+  const auto not_empty = [](const std::string& text) { return std::string(text.empty() ? "expected a name, not ''" : ""); };
+  app.add_option(name, value, help)->check(not_empty)->type_name(type_name);
 }
 
 void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods) {

@@ -17,7 +17,9 @@ namespace fransac::cli {
 
 /// An enum whose values have names.
 template <class T>
-concept Named = requires { EnumNames<T>::values; };
+concept Named = requires {
+  EnumNames<T>::values;
+};
 
 /// "a, b, c"
 template <Named Enum>
@@ -50,6 +52,10 @@ std::optional<Number> parse_number(std::string_view text) {
 void add_count(CLI::App& app, const std::string& name, int& value, int min, int max, const std::string& help);
 /// Adds "--seed N".
 void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help);
+
+/// Adds an option that names something to write: not empty.
+void add_output(CLI::App& app, const std::string& name, std::string& value, const std::string& help,
+                const std::string& type_name);
 
 /// Adds a flag for each option of `options`. With `several_methods`, "--method" takes a comma-separated list into it
 /// instead and `options.method` is left alone.

@@ -79,7 +79,8 @@ std::string Table::text() const {
   for (const auto& row : rows_) {
     std::string line = row.empty() ? std::string(total, '-') : "";
     for (std::size_t c = 0; c < row.size(); ++c) {
-      line += fmt::format(left_[c] ? "{}{:<{}}" : "{}{:>{}}", c == 0 ? "" : "  ", row[c], widths[c]);
+      const std::string padding(widths[c] - row[c].size(), ' ');
+      line += (c == 0 ? "" : "  ") + (left_[c] ? row[c] + padding : padding + row[c]);
     }
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";

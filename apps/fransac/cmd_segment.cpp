@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "errors.hpp"
+#include "fransac/filter/deproject.hpp"
+#include "fransac/io/overlay.hpp"
+#include "fransac/version.hpp"
+#include "inputs.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "progress.hpp"
+#ifdef FRANSAC_HAS_CLOUD_IO
+#include "fransac/io/cloud_file.hpp"
+#endif
+
+namespace fransac::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A kind of output and what the user called it: a file, or a folder with one file per frame.
+struct Output {
+  const char* option;
+  const char* extension;  ///< Of the files in a folder.
+  std::string path;       ///< Empty: not asked for.
+
+  [[nodiscard]] bool asked() const { return !path.empty(); }
+  [[nodiscard]] bool to_stdout() const { return path == "-"; }
+};
+
+struct SegmentCommand {
+  std::string input;
+  CameraFile camera;
+  Output labels{"--labels", ".png", {}};
+  Output json{"--json", ".json", {}};
+  Output overlay{"--overlay", ".png", {}};
+  Output cloud{"--cloud", ".ply", {}};
+  SegmentOptions options;
+
+  [[nodiscard]] std::array<const Output*, 4> outputs() const { return {&labels, &overlay, &cloud, &json}; }
+  [[nodiscard]] bool asks_for_output() const {
+    const auto all = outputs();
+    return std::any_of(all.begin(), all.end(), [](const Output* output) { return output->asked(); });
+  }
+};
+
+bool has_extension(const fs::path& path, std::initializer_list<const char*> extensions) {
+  return std::find(extensions.begin(), extensions.end(), path.extension()) != extensions.end();
+}
+
+fs::path output_file(const Output& output, const Input& input, std::size_t i) {
+  return input.is_folder_of_frames() ? fs::path(output.path) / (input.frames[i].name + output.extension) : fs::path(output.path);
+}
+
+/// The files that a frame or cloud is read from.
+std::vector<fs::path> files_of(const Input& input, std::size_t i, const CameraFile& camera) {
+  if (input.is_cloud()) return {input.name};
+  const io::FrameFiles& frame = input.frames[i];
+  std::vector<fs::path> files{frame.depth};
+  for (const auto& file : {frame.colour, frame.labels, frame.truth, frame.camera_file, camera}) {
+    if (file) files.push_back(*file);
+  }
+  return files;
+}
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::equivalent(a, b, error) && !error;
+}
+
+void check_place(const Output& output, const Input& input) {
+  if (!input.is_folder_of_frames()) return check_output_file(output.option, output.path);
+  if (has_extension(output.path, {".png", ".json", ".ply", ".pcd"}) && !fs::is_directory(output.path)) {
+    throw UsageError(fmt::format("{}: {} holds several frames, so this names a folder, not a file", output.option, input.name));
+  }
+  check_output_folder(output.option, output.path);
+}
+
+/// Refuses outputs that could not be written, that would replace an input, or that would replace each other; before any
+/// work is done.
+void check_outputs(const SegmentCommand& command, const Input& input) {
+  std::set<fs::path> taken;
+  for (const Output* output : command.outputs()) {
+    if (!output->asked() || output->to_stdout()) continue;
+    check_place(*output, input);
+    for (std::size_t i = 0; i < input.size(); ++i) {
+      if (input.is_folder_of_frames() && fs::path(input.frames[i].name).filename() != input.frames[i].name) {
+        throw Failure(fmt::format("{}: the frame name '{}' is no file name", input.name, input.frames[i].name));
+      }
+      const fs::path file = output_file(*output, input, i);
+      for (const fs::path& source : files_of(input, i, command.camera)) {
+        if (same_file(file, source))
+          throw UsageError(fmt::format("{}: '{}' is part of the input", output->option, file.string()));
+      }
+      const bool regular = !fs::exists(file) || fs::is_regular_file(file);
+      if (regular && !taken.insert(fs::absolute(file).lexically_normal()).second) {
+        throw UsageError(fmt::format("{}: '{}' would be written twice", output->option, file.string()));
+      }
+    }
+  }
+}
+
+/// What cannot be asked for at all, known without looking at the input's content.
+void check_usage(const SegmentCommand& command) {
+  for (const Output* output : command.outputs()) {
+    if (output->to_stdout() && output != &command.json) {
+      throw UsageError(fmt::format("{}: only --json can go to standard output", output->option));
+    }
+  }
+#ifndef FRANSAC_HAS_CLOUD_IO
+  if (command.cloud.asked())
+    throw UsageError("--cloud: this fransac was built without support for point clouds (FRANSAC_BUILD_CLOUD_IO)");
+#endif
+}
+
+void check_cloud_name(const SegmentCommand& command, const Input& input) {
+  if (!command.cloud.asked() || input.is_folder_of_frames() || has_extension(command.cloud.path, {".pcd", ".ply"})) return;
+  throw UsageError(fmt::format("--cloud: '{}' must end in .pcd or .ply", command.cloud.path));
+}
+
+/// Images of labels need rows and columns.
+void check_organised(const SegmentCommand& command, const Content& content) {
+  const auto* cloud = std::get_if<PointCloud>(&content);
+  if (cloud == nullptr || (cloud->organised() && cloud->width <= kMaxImageSide && cloud->height <= kMaxImageSide)) return;
+  for (const Output* output : {&command.labels, &command.overlay}) {
+    if (output->asked()) throw UsageError(fmt::format("{} needs an organised cloud; use --cloud", output->option));
+  }
+}
+
+/// A cloud's distance from its origin of coordinates as a depth image, to be shaded.
+std::vector<float> distances(const PointCloud& cloud) {
+  std::vector<float> metres(cloud.size(), 0.0F);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (cloud.finite(i)) metres[i] = static_cast<float>(cloud.point(i).norm());
+  }
+  return metres;
+}
+
+void write_overlay(const fs::path& file, const Input& input, std::size_t i, const Content& content,
+                   const Segmentation& segmentation) {
+  if (const auto* cloud = std::get_if<PointCloud>(&content)) {
+    const std::vector<float> metres = distances(*cloud);
+    const DepthView view = DepthView::from_float(metres.data(), cloud->width, cloud->height);
+    return check(io::write_png(file, io::overlay(view, segmentation.labels, nullptr)));
+  }
+  std::optional<io::ColourImage> colour;
+  if (input.frames[i].colour) colour = unwrap(io::read_colour_image(*input.frames[i].colour));
+  const DepthView view = std::get<io::Frame>(content).view();
+  check(io::write_png(file, io::overlay(view, segmentation.labels, colour ? &*colour : nullptr)));
+}
+
+void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const Content& content,
+                 [[maybe_unused]] const Segmentation& segmentation) {
+#ifdef FRANSAC_HAS_CLOUD_IO
+  if (const auto* cloud = std::get_if<PointCloud>(&content)) return check(io::write_cloud(file, *cloud, segmentation.labels));
+  const auto& frame = std::get<io::Frame>(content);
+  PointCloud cloud;
+  deproject(frame.view(), frame.camera, cloud);
+  std::vector<std::uint8_t> labels(cloud.size());
+  for (std::size_t p = 0; p < labels.size(); ++p) labels[p] = segmentation.labels[cloud.source_of(p)];
+  check(io::write_cloud(file, cloud, labels));
+#endif
+}
+
+nlohmann::ordered_json plane_to_json(const PlaneSegment& segment) {
+  const Eigen::Vector3d& n = segment.plane.normal;
+  return {{"id", segment.id},           {"normal", {n.x(), n.y(), n.z()}}, {"d", segment.plane.d},
+          {"inliers", segment.inliers}, {"support", segment.support},      {"rms_m", segment.rms_m},
+          {"area_m2", segment.area_m2}};
+}
+
+nlohmann::ordered_json timing_to_json(const Timing& timing) {
+  nlohmann::ordered_json json;
+  for (std::size_t stage = 0; stage < timing.stage_ms.size(); ++stage) {
+    json[std::string(EnumNames<Stage>::values[stage])] = timing.stage_ms[stage];
+  }
+  json["total"] = timing.total_ms;
+  return json;
+}
+
+nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input, std::size_t i,
+                               const Segmentation& segmentation) {
+  nlohmann::ordered_json json;
+  json["input"] = input.name_of(i);
+  if (input.is_folder_of_frames()) json["frame"] = input.frames[i].name;
+  json["method"] = enum_name(segmentation.method);
+  json["seed"] = command.options.seed;
+  json["width"] = segmentation.width;
+  json["height"] = segmentation.height;
+  json["planes"] = nlohmann::ordered_json::array();
+  for (const PlaneSegment& plane : segmentation.planes) json["planes"].push_back(plane_to_json(plane));
+  json["iterations"] = segmentation.iterations;
+  json["stop_reason"] = to_string(segmentation.stop_reason);
+  json["timing_ms"] = timing_to_json(segmentation.timing);
+  json["valid_points"] = segmentation.valid_points;
+  json["sampled_points"] = segmentation.sampled_points;
+  json["rejected"] = segmentation.rejected;
+  json["degenerate_samples"] = segmentation.degenerate;
+  json["options"] = options_to_json(command.options);
+  json["fransac_version"] = kVersion;
+  return json;
+}
+
+/// Extent and spacing of a cloud, metres: what tells a user that the threshold or the unit is wrong.
+struct CloudScale {
+  double extent_m = 0.0;   ///< Diagonal of the bounding box.
+  double spacing_m = 0.0;  ///< Median distance to the nearest other point, over some points.
+};
+
+CloudScale scale_of(const PointCloud& cloud) {
+  constexpr std::size_t kProbes = 101;
+  std::vector<std::size_t> finite;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (cloud.finite(i)) finite.push_back(i);
+  }
+  if (finite.size() < 2) return {};
+  Eigen::Vector3d low = cloud.local(finite[0]);
+  Eigen::Vector3d high = low;
+  for (const std::size_t i : finite) {
+    low = low.cwiseMin(cloud.local(i));
+    high = high.cwiseMax(cloud.local(i));
+  }
+  std::vector<double> nearest;
+  for (std::size_t probe = 0; probe < kProbes; ++probe) {
+    const std::size_t i = finite[probe * finite.size() / kProbes];
+    double best = std::numeric_limits<double>::infinity();
+    for (const std::size_t j : finite) {
+      if (j != i) best = std::min(best, (cloud.local(i) - cloud.local(j)).squaredNorm());
+    }
+    nearest.push_back(std::sqrt(best));
+  }
+  std::nth_element(nearest.begin(), nearest.begin() + kProbes / 2, nearest.end());
+  return {(high - low).norm(), nearest[kProbes / 2]};
+}
+
+/// Why there may be no plane and what to try.
+void explain_no_planes(const std::string& name, const Content& content, const SegmentOptions& options,
+                       const Segmentation& segmentation) {
+  log(fmt::format(
+      "{}: no plane has the minimum support of {:g} % of the {} sampled points; try a larger --threshold (now {:g} m) or a "
+      "smaller --min-support (now {:g})",
+      name, 100.0 * options.min_support, segmentation.sampled_points, options.ransac.threshold_m, options.min_support));
+  const auto* cloud = std::get_if<PointCloud>(&content);
+  if (cloud == nullptr) return;
+  const CloudScale scale = scale_of(*cloud);
+  if (scale.spacing_m <= options.ransac.threshold_m) return;
+  log(fmt::format(
+      "{}: its points are typically {:.2g} m apart (extent {:.3g} m), more than the threshold: if its unit is not metres, or it "
+      "is this coarse, choose --threshold and --leaf-size to match",
+      name, scale.spacing_m, scale.extent_m));
+}
+
+std::string normal_text(const Eigen::Vector3d& n) { return fmt::format("({:+.4f}, {:+.4f}, {:+.4f})", n.x(), n.y(), n.z()); }
+
+Table plane_table(const Input& input) {
+  std::vector<std::string> headings{"plane", "<normal", "d [m]", input.is_cloud() ? "points" : "pixels", "rms [mm]", "area [m2]"};
+  if (input.is_folder_of_frames()) headings.insert(headings.begin(), "<frame");
+  return Table(std::move(headings));
+}
+
+void add_planes(Table& table, const Input& input, std::size_t i, const Segmentation& segmentation) {
+  for (const PlaneSegment& segment : segmentation.planes) {
+    std::vector<std::string> cells{
+        fmt::format("{}", segment.id),      normal_text(segment.plane.normal),          fmt::format("{:.4f}", segment.plane.d),
+        fmt::format("{}", segment.inliers), fmt::format("{:.2f}", 1e3 * segment.rms_m), fmt::format("{:.3f}", segment.area_m2)};
+    if (input.is_folder_of_frames()) cells.insert(cells.begin(), input.frames[i].name);
+    table.add(std::move(cells));
+  }
+}
+
+void write_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
+                   const Segmentation& segmentation) {
+  if (command.labels.asked()) {
+    const io::LabelImage image{segmentation.width, segmentation.height, 1, segmentation.labels};
+    check(io::write_png(output_file(command.labels, input, i), image));
+  }
+  if (command.overlay.asked()) write_overlay(output_file(command.overlay, input, i), input, i, content, segmentation);
+  if (command.cloud.asked()) write_cloud(output_file(command.cloud, input, i), content, segmentation);
+  if (command.json.asked()) {
+    const bool line = command.json.to_stdout() && input.is_folder_of_frames();
+    const std::string text = to_text(to_json(command, input, i, segmentation), line ? -1 : 2);
+    write_text(command.json.to_stdout() ? "-" : output_file(command.json, input, i).string(), text);
+  }
+}
+
+void make_output_folders(const SegmentCommand& command) {
+  for (const Output* output : command.outputs()) {
+    if (output->asked() && !output->to_stdout()) make_folder(output->path);
+  }
+}
+
+void run_segment(const SegmentCommand& command) {
+  check_usage(command);
+  check_options(command.options);
+  const Input input = open_input(command.input, command.camera);
+  check_cloud_name(command, input);
+  check_outputs(command, input);
+
+  Table table = plane_table(input);
+  bool any_planes = false;
+  Progress progress(input.size());
+  Workspace workspace;
+  Segmentation segmentation;
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    progress.step(input.name_of(i));
+    const Content content = load(input, i, command.camera);
+    check_organised(command, content);
+    segment(input.name_of(i), content, command.options, workspace, segmentation);
+    if (i == 0 && input.is_folder_of_frames()) make_output_folders(command);  // not before something is to be written
+    write_outputs(command, input, i, content, segmentation);
+    add_planes(table, input, i, segmentation);
+    any_planes = any_planes || !segmentation.planes.empty();
+    if (segmentation.planes.empty()) {
+      progress.clear();
+      explain_no_planes(input.name_of(i), content, command.options, segmentation);
+    }
+  }
+  progress.clear();
+  if (!command.asks_for_output() && any_planes) write_stdout(table.text());
+}
+
+}  // namespace
+
+Command add_segment(CLI::App& parent) {
+  CLI::App* app = parent.add_subcommand("segment", "find planes in a depth frame, a folder of frames or a point cloud");
+  auto command = std::make_shared<SegmentCommand>();
+  app->add_option("INPUT", command->input,
+                  "a 16-bit depth PNG (with camera.json beside it), a frame folder, a folder of frames, a TUM RGB-D sequence, a "
+                  "PCD or PLY file")
+      ->required();
+  app->add_option_function<std::string>(
+         "--camera", [command](const std::string& file) { command->camera = file; },
+         "intrinsics; overrides the frame's own camera.json")
+      ->type_name("FILE");
+  add_output(*app, "--labels", command->labels.path, "label image: 8-bit PNG, 0 no depth, 1, 2, ... planes, 255 on no plane",
+             "FILE");
+  add_output(*app, "--json", command->json.path, "planes, evidence and timing; '-' is standard output", "FILE|-");
+  add_output(*app, "--overlay", command->overlay.path, "picture of the planes: PNG", "FILE");
+  add_output(*app, "--cloud", command->cloud.path, "coloured points with labels: .pcd or .ply", "FILE");
+  add_segment_options(*app, command->options);
+  app->footer(
+      "Without any output file a table of the planes is printed.\n"
+      "For a folder of frames or a sequence, the outputs name folders (made when missing): one file per frame, named after it "
+      "(clouds: .ply);\n"
+      "--json - then prints one document per line. A frame without a plane of the minimum support is no error: its list of "
+      "planes is empty.");
+  return {app, [command] { run_segment(*command); }};
+}
+
+}  // namespace fransac::cli
