@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// The help of the commands says the defaults that the options have.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <type_traits>
+
+#include "fransac/planes/options.hpp"
+
+namespace fransac {
+namespace {
+
+std::string output_of(const std::string& arguments) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(fmt::format("'{}' {}", FRANSAC_APP, arguments).c_str(), "r"), pclose);
+  std::string output;
+  std::array<char, 4096> buffer{};
+  for (std::size_t size = 0; (size = fread(buffer.data(), 1, buffer.size(), pipe.get())) > 0;) output.append(buffer.data(), size);
+  return output;
+}
+
+std::string default_text(bool value) { return value ? "on" : "off"; }
+template <class T>
+std::string default_text(const T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    return std::string(enum_name(value));
+  } else {
+    return fmt::format("{}", value);
+  }
+}
+template <class T>
+std::string default_text(const std::optional<T>& value) {
+  return value ? default_text(*value) : "the method decides";
+}
+
+/// The help from an option's name to the end of its default.
+std::string entry_of(const std::string& help, std::string_view name) {
+  const std::size_t begin = help.find(fmt::format("\n  --{}", name));
+  const std::size_t exact = help.find_first_of(", \n", begin + 5 + name.size());
+  EXPECT_EQ(exact, begin + 5 + name.size()) << "the option is not in the help by its name";
+  return begin == std::string::npos ? "" : help.substr(begin, help.find(']', begin) - begin + 1);
+}
+
+TEST(Help, SegmentShowsEveryOptionWithItsDefaultUnitAndText) {
+  const std::string help = output_of("segment --help");
+  SegmentOptions options;
+  for_each_option(options, [&](const OptionInfo& info, const auto& value) {
+    SCOPED_TRACE(std::string(info.name));
+    const std::string entry = entry_of(help, info.name);
+    EXPECT_NE(entry.find(fmt::format("default: {}]", default_text(value))), std::string::npos) << entry;
+    EXPECT_NE(entry.find(info.help.substr(0, 20)), std::string::npos) << entry;
+    if (info.unit == "m") {
+      EXPECT_NE(entry.find("[m; "), std::string::npos) << entry;
+    }
+  });
+}
+
+TEST(Help, EveryCommandThatSegmentsTakesTheSameOptions) {
+  for (const char* command : {"evaluate", "bench"}) {
+    const std::string help = output_of(fmt::format("{} --help", command));
+    SegmentOptions options;
+    for_each_option(options, [&](const OptionInfo& info, const auto& value) {
+      SCOPED_TRACE(fmt::format("{} {}", command, info.name));
+      EXPECT_NE(entry_of(help, info.name).find(fmt::format("default: {}]", default_text(value))), std::string::npos);
+    });
+  }
+}
+
+}  // namespace
+}  // namespace fransac

@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Inputs of the golden cases, good and bad. Every function takes the case's folder and the words after `make KIND`."""
+import json
+import struct
+import zlib
+
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+WIDTH, HEIGHT = 64, 48
+CAMERA = {"width": WIDTH, "height": HEIGHT, "fx": 60.0, "fy": 60.0, "cx": 31.5, "cy": 23.5, "depth_scale": 1000.0}
+
+
+# Formats
+
+def chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def png_bytes(width, height, bits, values, header=None):
+    """Grey; `header` may lie about the size."""
+    kind = ">%dH" if bits == 16 else ">%dB"
+    rows = [struct.pack(kind % width, *values[v * width:(v + 1) * width]) for v in range(height)]
+    size = header or (width, height)
+    return (PNG_SIGNATURE + chunk(b"IHDR", struct.pack(">IIBBBBB", *size, bits, 0, 0, 0, 0))
+            + chunk(b"IDAT", zlib.compress(b"".join(b"\0" + row for row in rows))) + chunk(b"IEND", b""))
+
+
+def write(path, data):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data if isinstance(data, bytes) else data.encode())
+
+
+def write_frame(folder, depth, labels=None, camera=CAMERA):
+    write(folder / "depth.png", png_bytes(WIDTH, HEIGHT, 16, depth))
+    if camera is not None:
+        write(folder / "camera.json", json.dumps(camera))
+    if labels is not None:
+        write(folder / "labels.png", png_bytes(WIDTH, HEIGHT, 8, labels))
+
+
+def pcd_bytes(points, width=None, height=1, count=None):
+    width = len(points) if width is None else width
+    text = ("# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+            f"WIDTH {width}\nHEIGHT {height}\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {count or len(points)}\nDATA ascii\n")
+    return text + "".join(f"{x} {y} {z}\n" for x, y, z in points)
+
+
+def ply_bytes(points, count=None):
+    text = f"ply\nformat binary_little_endian 1.0\nelement vertex {count or len(points)}\n"
+    text += "property float x\nproperty float y\nproperty float z\nend_header\n"
+    return text.encode() + b"".join(struct.pack("<3f", *point) for point in points)
+
+
+# Scenes
+
+def scene():
+    """A wall 2 m away with a box 1 m away in its middle and a column without depth: depth in mm, and labels."""
+    depth, labels = [], []
+    for v in range(HEIGHT):
+        for u in range(WIDTH):
+            box = 24 <= u < 40 and 18 <= v < 30
+            depth.append(0 if u == 0 else 1000 if box else 2000)
+            labels.append(0 if u == 0 else 255 if box else 1)
+    return depth, labels
+
+
+def plane_points(columns=30, rows=20, step=0.005):
+    """A flat grid one metre away."""
+    return [(column * step, row * step, 1.0) for row in range(rows) for column in range(columns)]
+
+
+# Good inputs
+
+def frame(folder, name):
+    write_frame(folder / name, *scene())
+
+
+def frame_without_truth(folder, name):
+    write_frame(folder / name, scene()[0])
+
+
+def dataset(folder, name, truth="dominant", frames="2"):
+    for i in range(int(frames)):
+        frame(folder, f"{name}/frame{i}")
+    write(folder / name / "dataset.json", json.dumps({"truth": truth, "sensor": "none"}))
+
+
+def sequence(folder, name):
+    lines = ["# depth maps", "# timestamp filename"]
+    for i in range(3):
+        write(folder / name / "depth" / f"{i}.png", png_bytes(WIDTH, HEIGHT, 16, scene()[0]))
+        lines.append(f"100.{i} depth/{i}.png")
+    write(folder / name / "depth.txt", "\n".join(lines) + "\n")
+    write(folder / name / "camera.json", json.dumps(CAMERA))
+
+
+def cloud_pcd(folder, name):
+    write(folder / name, pcd_bytes(plane_points()))
+
+
+def organised_pcd(folder, name):
+    write(folder / name, pcd_bytes(plane_points(), 30, 20))
+
+
+def cloud_ply(folder, name):
+    write(folder / name, ply_bytes(plane_points()))
+
+
+# Bad inputs
+
+def text(folder, name, content=""):
+    write(folder / name, content)
+
+
+def empty_folder(folder, name):
+    (folder / name).mkdir()
+
+
+def read_only(folder, name):
+    write(folder / name, "precious")
+    (folder / name).chmod(0o444)
+
+
+def truncated_frame(folder, name):
+    frame(folder, name)
+    data = (folder / name / "depth.png").read_bytes()
+    write(folder / name / "depth.png", data[:len(data) // 2])
+
+
+def hostile_frame(folder, name, width, height):
+    frame(folder, name)
+    write(folder / name / "depth.png", png_bytes(4, 4, 16, [1000] * 16, header=(int(width), int(height))))
+
+
+def frame_8_bit(folder, name):
+    frame(folder, name)
+    write(folder / name / "depth.png", png_bytes(WIDTH, HEIGHT, 8, [100] * WIDTH * HEIGHT))
+
+
+def frame_without_camera(folder, name):
+    write_frame(folder / name, scene()[0], camera=None)
+
+
+def frame_with_camera(folder, name, changes):
+    """`changes`: JSON; null removes a field."""
+    camera = {key: value for key, value in {**CAMERA, **json.loads(changes)}.items() if value is not None}
+    write_frame(folder / name, *scene(), camera=camera)
+
+
+def frame_with_camera_text(folder, name, content):
+    write_frame(folder / name, *scene())
+    write(folder / name / "camera.json", content)
+
+
+def frame_with_labels_of_another_size(folder, name):
+    frame(folder, name)
+    write(folder / name / "labels.png", png_bytes(2, 2, 8, [1] * 4))
+
+
+def frame_with_points(folder, name, *pixels):
+    """No depth but at these pixels, "u,v" each: 1 m."""
+    depth = [0] * (WIDTH * HEIGHT)
+    for pixel in pixels:
+        u, v = map(int, pixel.split(","))
+        depth[v * WIDTH + u] = 1000
+    write_frame(folder / name, depth)
+
+
+def collinear_frame(folder, name):
+    frame_with_points(folder, name, *[f"{u},20" for u in range(5, 60)])
+
+
+def noise_frame(folder, name):
+    """Depth so scattered that no plane holds a fifth of it."""
+    state, depth = 1, []
+    for _ in range(WIDTH * HEIGHT):
+        state = (state * 1103515245 + 12345) % 2**31
+        depth.append(500 + (state >> 8) % 3500)
+    write_frame(folder / name, depth)
+
+
+def dataset_with_broken_frame(folder, name):
+    dataset(folder, name)
+    write(folder / name / "frame1" / "depth.png", b"no picture")
+
+
+def nan_pcd(folder, name):
+    write(folder / name, pcd_bytes([("nan", "nan", "nan")] * 50))
+
+
+def inf_pcd(folder, name):
+    write(folder / name, pcd_bytes([("inf", "0", "-inf")] * 50))
+
+
+def pcd_with_holes(folder, name):
+    points = plane_points()
+    points[0] = points[100] = ("nan", "nan", "nan")
+    points[1] = ("inf", "0", "1")
+    write(folder / name, pcd_bytes(points))
+
+
+def one_point_pcd(folder, name):
+    write(folder / name, pcd_bytes([(0, 0, 1)]))
+
+
+def same_point_pcd(folder, name):
+    write(folder / name, pcd_bytes([(0.5, 0.5, 1)] * 100))
+
+
+def collinear_pcd(folder, name):
+    write(folder / name, pcd_bytes([(0.05 * i, 0.1 * i, 1) for i in range(100)]))
+
+
+def coarse_pcd(folder, name):
+    """A sphere's surface in millimetres: no plane within 1 cm."""
+    state, points = 1, []
+    for _ in range(2000):
+        xyz = []
+        for _ in range(3):
+            state = (state * 1103515245 + 12345) % 2**31
+            xyz.append((state >> 8) % 4000 - 2000)
+        points.append(tuple(xyz))
+    write(folder / name, pcd_bytes(points))
+
+
+def truncated_pcd(folder, name):
+    write(folder / name, pcd_bytes(plane_points())[:700])
+
+
+def hostile_pcd(folder, name):
+    write(folder / name, pcd_bytes(plane_points(), 4000000000, 1000, 4000000000000))
+
+
+def pcd_without_z(folder, name):
+    write(folder / name, "VERSION 0.7\nFIELDS x y\nSIZE 4 4\nTYPE F F\nCOUNT 1 1\nWIDTH 2\nHEIGHT 1\n"
+                         "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n0 0\n1 1\n")
+
+
+def truncated_ply(folder, name):
+    write(folder / name, ply_bytes(plane_points())[:1000])
+
+
+def hostile_ply(folder, name):
+    write(folder / name, ply_bytes(plane_points(), 2**40))
+
+
+def sequence_with_bad_line(folder, name):
+    sequence(folder, name)
+    write(folder / name / "depth.txt", "# comment\n100.0 depth/0.png\nnot-a-time depth/1.png\n")
