@@ -6,6 +6,7 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <string_view>
 
 #include "commands.hpp"
 #include "errors.hpp"
@@ -15,9 +16,17 @@
 namespace fransac::cli {
 namespace {
 
+/// The parser's help without its "{false}" after the names of flags that say no.
+std::string help_text(const CLI::App& app) {
+  constexpr std::string_view kNoise = "{false}";
+  std::string text = app.help();
+  for (std::size_t at = 0; (at = text.find(kNoise, at)) != std::string::npos;) text.erase(at, kNoise.size());
+  return text;
+}
+
 /// The text that the parser asks to be printed, or a usage error.
 void finish_parsing(const CLI::App& app, const CLI::ParseError& error) {
-  if (dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr) return write_stdout(app.help());
+  if (dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr) return write_stdout(help_text(app));
   if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) return write_stdout(std::string(error.what()) + "\n");
   const auto chosen = app.get_subcommands();
   throw UsageError(
