@@ -36,7 +36,7 @@ void finish_parsing(const CLI::App& app, const CLI::ParseError& error) {
 void run(int argc, char** argv) {
   CLI::App app("Planes in depth frames and point clouds.", "fransac");
   app.set_version_flag("--version", fmt::format("fransac {}", kVersion), "print the version and exit");
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);  // none is refused below: the parser would not name a mistyped one
   app.get_formatter()->column_width(34);
   app.footer("Exit codes: 0 done, 1 the input could not be used or an output not be written, 2 wrong usage.");
   const Command commands[] = {add_segment(app), add_evaluate(app), add_bench(app), add_synth(app)};
@@ -46,8 +46,9 @@ void run(int argc, char** argv) {
     return finish_parsing(app, error);
   }
   for (const Command& command : commands) {
-    if (command.app->parsed()) command.run();
+    if (command.app->parsed()) return command.run();
   }
+  throw UsageError("a command is required: segment, evaluate, bench or synth\nSee: fransac --help");
 }
 
 int guarded_run(int argc, char** argv) {
