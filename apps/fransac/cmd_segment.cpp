@@ -260,7 +260,7 @@ void explain_no_planes(const std::string& name, const Content& content, const Se
   const CloudScale scale = scale_of(*cloud);
   if (scale.spacing_m <= options.ransac.threshold_m) return;
   log(fmt::format(
-      "{}: its points are typically {:.2g} m apart (extent {:.3g} m), more than the threshold: if its unit is not metres, or it "
+      "{}: its points are typically {:.4g} m apart (extent {:.4g} m), more than the threshold: if its unit is not metres, or it "
       "is this coarse, choose --threshold and --leaf-size to match",
       name, scale.spacing_m, scale.extent_m));
 }
