@@ -2,7 +2,7 @@
 #include "fransac/core/depth_image.hpp"
 
 #include <cmath>
-#include <cstdlib>
+#include <limits>
 
 #include "fransac/core/camera.hpp"
 
@@ -43,9 +43,11 @@ Status validate(const DepthView& depth) {
   if (depth.row_uint16(0) == nullptr) return error("depth image: data is null");
   const auto value_size = static_cast<std::ptrdiff_t>(depth.format() == DepthFormat::uint16 ? sizeof(std::uint16_t) : sizeof(float));
   const std::ptrdiff_t stride = depth.row_stride_bytes();
-  if (std::abs(stride) < value_size * depth.width()) return error("depth image: row stride is shorter than a row");
+  const std::ptrdiff_t row_size = value_size * depth.width();
+  if (-row_size < stride && stride < row_size) return error("depth image: row stride is shorter than a row");
   if (stride % value_size != 0) return error("depth image: row stride is not a multiple of the value's size");
-  if (!std::isfinite(depth.metres_per_unit()) || depth.metres_per_unit() <= 0.0F) {
+  constexpr float kLargestRaw = std::numeric_limits<std::uint16_t>::max();
+  if (!std::isfinite(depth.metres_per_unit() * kLargestRaw) || depth.metres_per_unit() <= 0.0F) {
     return error("depth image: depth scale must be a positive number of units per metre");
   }
   return {};

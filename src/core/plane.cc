@@ -14,9 +14,10 @@ constexpr double kMinTriangleHeight = 1e-4;
 }  // namespace
 
 std::optional<Plane> make_plane(const Eigen::Vector3d& normal, double d) {
-  const double length = normal.norm();
-  if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(d)) return std::nullopt;
+  if (!normal.allFinite()) return std::nullopt;
+  const double length = normal.stableNorm();  // squares neither overflow nor vanish
   Plane plane{normal / length, d / length};
+  if (!(length > 0.0) || !std::isfinite(plane.d)) return std::nullopt;
   bool flip = plane.d < 0.0;
   if (plane.d == 0.0) {
     const auto first = std::find_if(plane.normal.begin(), plane.normal.end(), [](double c) { return c != 0.0; });

@@ -33,9 +33,6 @@ struct Lattice {
 };
 
 Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
-  if (!(leaf_size_m > 0.0) || !std::isfinite(leaf_size_m)) {
-    return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
-  }
   constexpr int kMaxBitsPerAxis = 31;
   constexpr int kMaxBits = 63;  // every shift then stays below the width of a key
   Lattice lattice;
@@ -51,11 +48,13 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
     const double largest = static_cast<double>(bounds.max) * lattice.key.per_leaf + lattice.key.offset[axis];
     // Doubles hold whole numbers exactly up to 2^53; beyond that floor() means nothing.
     const bool countable = std::abs(smallest) < 0x1p53 && largest < 0x1p31;
-    const int axis_bits = countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest))) : kMaxBits + 1;
+    // The kernel may round the other way (fused multiply-add): half a leaf of slack keeps its last index inside the bits.
+    const int axis_bits = countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest + 0.5))) : kMaxBits + 1;
     lattice.key.shift[axis] = bits;
     bits += axis_bits;
     if (axis_bits > kMaxBitsPerAxis || bits > kMaxBits) {
-      return Error{ErrorCode::invalid_argument, "leaf-size: " + std::to_string(leaf_size_m) + " m divides the cloud into more leaves than 63-bit keys can tell apart"
+      return Error{ErrorCode::invalid_argument, "leaf-size: " + std::to_string(leaf_size_m) +
+                                                    " m divides the cloud into more leaves than 63-bit keys can tell apart"
                                                     " (2^31 along an axis); take a larger one"};
     }
   }
@@ -151,12 +150,16 @@ void accumulate(const PointCloud& cloud, const Lattice& lattice, VoxelGrid& grid
 }  // namespace
 
 Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid) {
+  if (!(leaf_size_m > 0.0) || !std::isfinite(leaf_size_m)) {
+    return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
+  }
   grid.leaves.origin = cloud.origin;
   grid.leaves.source.clear();
   grid.leaves.clear();
   if (cloud.empty()) {
     grid.leaf_of.clear();
     grid.point_count.clear();
+    grid.keys.clear();
     return {};
   }
   const Result<Lattice> lattice = make_lattice(cloud, leaf_size_m);

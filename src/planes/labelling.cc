@@ -106,6 +106,10 @@ Evidence run_evidence(const float* z, int first, int end, const Ramp& n_r, float
 double occupied_area(const std::vector<Eigen::Vector2d>& points, double cell_m) {
   constexpr double kPointsPerCell = 4.0;  // evenly spread points then leave e^-4 = 2 % of the cells empty
   constexpr int kMaxDoublings = 40;
+  double extent = 0.0;
+  for (const Eigen::Vector2d& p : points) extent = std::max(extent, p.cwiseAbs().maxCoeff());
+  if (extent == 0.0) return 0.0;
+  cell_m = std::clamp(cell_m, 0x1p-31 * extent, extent);  // indices fit into 32 bits
   std::unordered_set<std::uint64_t> cells;
   for (int doubling = 0; doubling < kMaxDoublings; ++doubling, cell_m *= 2.0) {
     cells.clear();

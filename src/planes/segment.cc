@@ -68,6 +68,7 @@ struct CloudSource {
   [[nodiscard]] int height() const { return cloud.organised() ? cloud.height : 1; }
   void points(PointCloud& out) const {
     out = cloud;
+    out.source.clear();  // labels belong to this cloud's points, whatever it was filtered from
     remove_invalid(out);
   }
   void label(const LabelRule& rule, Workspace::Impl& /*work*/, Segmentation& s) const { label_points(cloud, rule, s); }
@@ -226,6 +227,7 @@ Status check(const PointCloud& cloud) {
   if (cloud.organised() && organised_size != cloud.size()) {
     return Error{ErrorCode::invalid_argument, "point cloud: width x height is not its number of points"};
   }
+  if (!cloud.origin.allFinite()) return Error{ErrorCode::invalid_argument, "point cloud: origin must be finite"};
   return {};
 }
 

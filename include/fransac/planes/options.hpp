@@ -15,7 +15,7 @@
 
 namespace fransac {
 
-/// The methods that Zeineldin & El-Fishawy compare. What each consists of stands in planes/methods.cc.
+/// The methods that Zeineldin & El-Fishawy compare. What each consists of stands in planes/methods.hpp.
 enum class Method {
   automatic,     ///< The best available for the kind of input; at present `fransac`.
   fransac,       ///< Pass-through, voxel grid, RANSAC with both stops.

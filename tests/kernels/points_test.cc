@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+// Each kernel against its scalar twin, once per instruction set that this machine has.
+#include "kernels/points.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "fransac/core/aligned.hpp"
+#include "hwy/targets.h"
+#include "support.hpp"
+
+namespace fransac::kernels {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr std::size_t kSizes[] = {0, kBlock, 2 * kBlock, 3 * kBlock, 17 * kBlock, 128 * kBlock};
+
+using Floats = AlignedVector<float>;
+
+struct Points {
+  Floats x, y, z;
+  [[nodiscard]] std::size_t n() const { return x.size(); }
+};
+
+/// `n` random points, of which `tail` at the end and some in between are NaN.
+Points random_points(RandomStream& random, std::size_t n, std::size_t tail) {
+  Points p;
+  for (Floats* axis : {&p.x, &p.y, &p.z}) {
+    for (std::size_t i = 0; i < n; ++i) axis->push_back(static_cast<float>(testing::uniform(random, -2.0, 2.0)));
+    for (std::size_t i = n - tail; i < n; ++i) (*axis)[i] = kNaN;
+  }
+  // A NaN on one axis alone.
+  for (std::size_t i = 0; i < n / 20; ++i) (i % 2 == 0 ? p.x : p.z)[random.below(static_cast<std::uint32_t>(n))] = kNaN;
+  return p;
+}
+
+PlaneF random_plane(RandomStream& random) {
+  const Eigen::Vector3f n = testing::unit_vector(random).cast<float>();
+  return {n.x(), n.y(), n.z(), static_cast<float>(testing::uniform(random, -1.0, 1.0))};
+}
+
+/// Residuals whose rounding could fall on either side of the threshold.
+std::uint32_t undecided(const Points& p, const PlaneF& plane, float threshold) {
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < p.n(); ++i) {
+    const double r = static_cast<double>(plane.a) * static_cast<double>(p.x[i]) +
+                     static_cast<double>(plane.b) * static_cast<double>(p.y[i]) +
+                     static_cast<double>(plane.c) * static_cast<double>(p.z[i]) + static_cast<double>(plane.d);
+    count += static_cast<std::uint32_t>(std::abs(std::abs(r) - static_cast<double>(threshold)) < 2e-6);  // 8 roundings of about 4
+  }
+  return count;
+}
+
+class Kernels : public ::testing::TestWithParam<std::int64_t> {
+ protected:
+  void SetUp() override { hwy::SetSupportedTargetsForTest(GetParam()); }
+  void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
+
+  /// Calls check(points, plane, threshold) for every size, tail and some random planes.
+  template <class Check>
+  void for_random_points(const Check& check) {
+    RandomStream random = testing::test_random();
+    for (const std::size_t n : kSizes) {
+      for (const std::size_t tail : {std::size_t{0}, std::size_t{1}, kBlock - 1, kBlock}) {
+        if (tail > n) continue;
+        for (int i = 0; i < 5; ++i) {
+          const Points p = random_points(random, n, tail);
+          check(p, random_plane(random), static_cast<float>(testing::uniform(random, 0.01, 0.5)));
+        }
+      }
+    }
+  }
+};
+
+TEST_P(Kernels, Bounds) {
+  for_random_points([](const Points& p, const PlaneF& /*plane*/, float /*threshold*/) {
+    const struct Bounds a = bounds(p.x.data(), p.n());
+    const struct Bounds b = ref::bounds(p.x.data(), p.n());
+    EXPECT_EQ(a.min, b.min);
+    EXPECT_EQ(a.max, b.max);
+  });
+}
+
+TEST_P(Kernels, BoundsInEveryLane) {
+  // The extreme value at each place of a block in turn, among NaN only and among numbers; infinities are values.
+  for (std::size_t i = 0; i < 3 * kBlock; ++i) {
+    for (const float rest : {kNaN, 0.5F}) {
+      Floats values(3 * kBlock, rest);
+      values[i] = -3.0F;
+      EXPECT_EQ(bounds(values.data(), values.size()).min, -3.0F);
+      EXPECT_EQ(bounds(values.data(), values.size()).max, std::isnan(rest) ? -3.0F : 0.5F);
+      values[i] = kInf;
+      EXPECT_EQ(bounds(values.data(), values.size()).max, kInf);
+    }
+  }
+  const Floats nothing(2 * kBlock, kNaN);
+  EXPECT_EQ(bounds(nothing.data(), nothing.size()).min, kInf);
+  EXPECT_EQ(bounds(nothing.data(), nothing.size()).max, -kInf);
+}
+
+TEST_P(Kernels, CountInliers) {
+  for_random_points([](const Points& p, const PlaneF& plane, float threshold) {
+    const std::uint32_t a = count_inliers(p.x.data(), p.y.data(), p.z.data(), p.n(), plane, threshold);
+    const std::uint32_t b = ref::count_inliers(p.x.data(), p.y.data(), p.z.data(), p.n(), plane, threshold);
+    EXPECT_LE(a > b ? a - b : b - a, undecided(p, plane, threshold));
+  });
+}
+
+TEST_P(Kernels, TheThresholdItselfIsAnInlier) {
+  // Multiples of 1/8 and powers of two: every step is exact on every target. Residuals -0.75 … 0.75, threshold 0.5.
+  const PlaneF plane{0.0F, 0.0F, 1.0F, -1.0F};
+  Points p;
+  std::uint32_t expected = 0;
+  double gain = 0.0;
+  for (int i = 0; i < 64; ++i) {
+    const double r = (i % 13 - 6) / 8.0;
+    p.x.push_back(static_cast<float>(i));
+    p.y.push_back(static_cast<float>(-i));
+    p.z.push_back(static_cast<float>(1.0 + r));
+    if (std::abs(r) > 0.5) continue;
+    ++expected;
+    gain += 1.0 - 4.0 * r * r;
+  }
+  EXPECT_EQ(count_inliers(p.x.data(), p.y.data(), p.z.data(), 64, plane, 0.5F), expected);
+  EXPECT_EQ(ref::count_inliers(p.x.data(), p.y.data(), p.z.data(), 64, plane, 0.5F), expected);
+  EXPECT_EQ(inlier_moments(p.x.data(), p.y.data(), p.z.data(), 64, plane, 0.5F).count, expected);
+  const Msac m = msac(p.x.data(), p.y.data(), p.z.data(), 64, plane, 0.5F);
+  EXPECT_EQ(m.inliers, expected);
+  EXPECT_EQ(static_cast<double>(m.gain), gain);
+  // One float step less and the points at the threshold are out.
+  const float below = std::nextafter(0.5F, 0.0F);
+  EXPECT_EQ(count_inliers(p.x.data(), p.y.data(), p.z.data(), 64, plane, below),
+            ref::count_inliers(p.x.data(), p.y.data(), p.z.data(), 64, plane, below));
+  EXPECT_LT(count_inliers(p.x.data(), p.y.data(), p.z.data(), 64, plane, below), expected);
+}
+
+TEST_P(Kernels, EveryLaneCounts) {
+  const PlaneF plane{0.0F, 0.0F, 1.0F, 0.0F};
+  for (std::size_t i = 0; i < 2 * kBlock; ++i) {
+    Floats zeros(2 * kBlock, 0.0F);
+    Floats z(2 * kBlock, kNaN);
+    z[i] = 0.25F;
+    EXPECT_EQ(count_inliers(zeros.data(), zeros.data(), z.data(), z.size(), plane, 0.5F), 1U);
+    EXPECT_EQ(msac(zeros.data(), zeros.data(), z.data(), z.size(), plane, 0.5F).gain, 0.75F);
+    const InlierMoments m = inlier_moments(zeros.data(), zeros.data(), z.data(), z.size(), plane, 0.5F);
+    EXPECT_EQ(m.count, 1U);
+    EXPECT_EQ(m.sums[2], 0.25);
+    EXPECT_EQ(m.sums[8], 0.0625);
+  }
+}
+
+TEST_P(Kernels, Msac) {
+  for_random_points([](const Points& p, const PlaneF& plane, float threshold) {
+    const struct Msac a = msac(p.x.data(), p.y.data(), p.z.data(), p.n(), plane, threshold);
+    const struct Msac b = ref::msac(p.x.data(), p.y.data(), p.z.data(), p.n(), plane, threshold);
+    EXPECT_LE(a.inliers > b.inliers ? a.inliers - b.inliers : b.inliers - a.inliers, undecided(p, plane, threshold));
+    // A point's gain is off by 2 |r| dr / t^2 <= 2 dr / t, dr <= 2e-6; one at the threshold gains nothing either way.
+    EXPECT_NEAR(static_cast<double>(a.gain), static_cast<double>(b.gain),
+                (4e-6 / static_cast<double>(threshold) + 1e-5) * (b.inliers + 1.0));
+    EXPECT_LE(a.gain, static_cast<float>(a.inliers));
+  });
+}
+
+TEST_P(Kernels, InlierMoments) {
+  for_random_points([](const Points& p, const PlaneF& plane, float threshold) {
+    const struct InlierMoments a = inlier_moments(p.x.data(), p.y.data(), p.z.data(), p.n(), plane, threshold);
+    const struct InlierMoments b = ref::inlier_moments(p.x.data(), p.y.data(), p.z.data(), p.n(), plane, threshold);
+    const double at_the_border = undecided(p, plane, threshold);
+    EXPECT_NEAR(static_cast<double>(a.count), static_cast<double>(b.count), at_the_border);
+    for (int k = 0; k < 9; ++k) {
+      EXPECT_NEAR(a.sums[k], b.sums[k], 1e-9 + 4.0 * at_the_border) << "sum " << k;  // no term is above 4
+    }
+  });
+}
+
+TEST_P(Kernels, MomentsOfMomentsInDouble) {
+  // 1 km away the squares need more than 24 bits: 1000.0625^2 is exact in double.
+  const Floats x(kBlock, 1000.0625F);
+  const Floats y(kBlock, -3.0F);
+  const Floats z(kBlock, 2.0F);
+  const InlierMoments m = inlier_moments(x.data(), y.data(), z.data(), kBlock, {0.0F, 0.0F, 1.0F, -2.0F}, 0.01F);
+  EXPECT_EQ(m.count, kBlock);
+  EXPECT_EQ(m.sums[3], 16.0 * 1000.0625 * 1000.0625);
+  EXPECT_EQ(m.sums[4], 16.0 * 1000.0625 * -3.0);
+  EXPECT_EQ(m.sums[7], 16.0 * -6.0);
+}
+
+TEST_P(Kernels, LeafKeys) {
+  RandomStream random = testing::test_random();
+  const Lattice lattice{.per_leaf = 50.0, .offset = {100.25, 200.5, 100.0}, .shift = {0, 9, 20}};
+  for (const std::size_t n : kSizes) {
+    const Points p = random_points(random, n, 0);
+    AlignedVector<std::uint64_t> a(n);
+    AlignedVector<std::uint64_t> b(n);
+    leaf_keys(p.x.data(), p.y.data(), p.z.data(), n, lattice, a.data());
+    ref::leaf_keys(p.x.data(), p.y.data(), p.z.data(), n, lattice, b.data());
+    for (std::size_t i = 0; i < n; ++i) {
+      if (std::isnan(p.x[i]) || std::isnan(p.z[i])) continue;  // unspecified
+      EXPECT_EQ(a[i], b[i]);  // 29 bits of product and offset: exact with and without fused multiply-add
+    }
+  }
+}
+
+TEST_P(Kernels, LeafKeysFillAllBits) {
+  // Indices 0, 1 and the largest, 2^31 - 128 (the largest float below 2^31), in every place.
+  const Lattice lattice{.per_leaf = 1.0, .offset = {0.0, 0.0, 0.0}, .shift = {0, 31, 62}};
+  const float largest = 0x1p31F - 128.0F;
+  const auto index = [](float c) { return static_cast<std::uint64_t>(c); };
+  Points p;
+  for (std::size_t i = 0; i < 2 * kBlock; ++i) {
+    p.x.push_back(i % 3 == 0 ? 0.0F : i % 3 == 1 ? 1.75F : largest);
+    p.y.push_back(i % 5 == 0 ? 0.5F : i % 5 == 1 ? 1.0F : largest);
+    p.z.push_back(i % 2 == 0 ? 0.99F : 1.0F);
+  }
+  AlignedVector<std::uint64_t> keys(p.n());
+  leaf_keys(p.x.data(), p.y.data(), p.z.data(), p.n(), lattice, keys.data());
+  for (std::size_t i = 0; i < p.n(); ++i) {
+    EXPECT_EQ(keys[i], index(p.x[i]) | index(p.y[i]) << 31 | index(p.z[i]) << 62) << i;
+  }
+}
+
+std::vector<std::int64_t> targets() {
+  std::vector<std::int64_t> list;
+  for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) list.push_back(rest & -rest);
+  return list;
+}
+
+INSTANTIATE_TEST_SUITE_P(Targets, Kernels, ::testing::ValuesIn(targets()),
+                         [](const ::testing::TestParamInfo<std::int64_t>& target) {
+                           return std::string(hwy::TargetName(target.param));
+                         });
+
+}  // namespace
+}  // namespace fransac::kernels
