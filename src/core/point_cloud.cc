@@ -9,6 +9,11 @@ namespace fransac {
 
 bool PointCloud::finite(std::size_t i) const { return std::isfinite(x_[i]) && std::isfinite(y_[i]) && std::isfinite(z_[i]); }
 
+bool PointCloud::measured(std::size_t i) const {
+  const Eigen::Vector3f zero = (-origin).cast<float>();  // where the reader put (0, 0, 0)
+  return finite(i) && !(x_[i] == zero.x() && y_[i] == zero.y() && z_[i] == zero.z());
+}
+
 void PointCloud::resize(std::size_t size) {
   const std::size_t old_size = size_;
   resize_uninitialised(size);

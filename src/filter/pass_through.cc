@@ -64,6 +64,8 @@ void pass_through(const AxisLimits& limits, PointCloud& cloud) {
   });
 }
 
-void remove_invalid(PointCloud& cloud) { compact(cloud, FiniteTest(cloud)); }
+void remove_unmeasured(PointCloud& cloud) {
+  compact(cloud, [&cloud](std::size_t i) { return cloud.measured(i); });
+}
 
 }  // namespace fransac

@@ -161,7 +161,7 @@ void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& 
       rule.limits != nullptr ? std::optional<LocalLimits>(std::in_place, *rule.limits, cloud.origin[axis]) : std::nullopt;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     std::uint8_t& label = segmentation.labels[i];
-    if (!cloud.finite(i)) {
+    if (!cloud.measured(i)) {
       label = kLabelNoDepth;
       continue;
     }

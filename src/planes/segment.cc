@@ -69,7 +69,7 @@ struct CloudSource {
   void points(PointCloud& out) const {
     out = cloud;
     out.source.clear();  // labels belong to this cloud's points, whatever it was filtered from
-    remove_invalid(out);
+    remove_unmeasured(out);
   }
   void label(const LabelRule& rule, Workspace::Impl& /*work*/, Segmentation& s) const { label_points(cloud, rule, s); }
   void measure(double cell_m, Workspace::Impl& /*work*/, Segmentation& s) const { measure_points(cloud, cell_m, s); }

@@ -148,7 +148,7 @@ TEST(PassThrough, DropsInvalidPointsInsideAndOutside) {
 
 TEST(PassThrough, SourcesChain) {
   PointCloud cloud = testing::cloud_of({{0, 0, 1}, {static_cast<double>(kNaN), 0, 1}, {5, 0, 1}, {1, 0, 1}, {1, 0, 7}});
-  remove_invalid(cloud);
+  remove_unmeasured(cloud);
   EXPECT_THAT(cloud.source, ElementsAre(0, 2, 3, 4));
   pass_through(limits(Axis::x, 0.0, 2.0), cloud);
   EXPECT_THAT(cloud.source, ElementsAre(0, 3, 4));
@@ -156,11 +156,26 @@ TEST(PassThrough, SourcesChain) {
   EXPECT_THAT(cloud.source, ElementsAre(0, 3));
 }
 
-TEST(RemoveInvalid, OrganisedCloudBecomesAList) {
+TEST(RemoveUnmeasured, ZerosAreNoPointsWhereverTheOriginIs) {
+  PointCloud cloud = testing::cloud_of({{0, 0, 1}, {0, 0, 0}, {1, 0, 0}, {0, -0.0, 0}});
+  remove_unmeasured(cloud);
+  EXPECT_THAT(cloud.source, ElementsAre(0, 2));
+
+  PointCloud far;
+  far.origin = {5.0e5, 5.4e6, 200.0};
+  far.resize(3);
+  far.set(0, {1, 2, 3});
+  far.set(1, (-far.origin).cast<float>());  // (0, 0, 0) in the input
+  far.set(2, {0, 0, 0});                    // the origin itself is a place like any other
+  remove_unmeasured(far);
+  EXPECT_THAT(far.source, ElementsAre(0, 2));
+}
+
+TEST(RemoveUnmeasured, OrganisedCloudBecomesAList) {
   PointCloud cloud = testing::cloud_of({{0, 0, 1}, {0, 0, static_cast<double>(kNaN)}, {0, 0, 2}, {0, 0, 3}});
   cloud.width = cloud.height = 2;
   ASSERT_TRUE(cloud.organised());
-  remove_invalid(cloud);
+  remove_unmeasured(cloud);
   EXPECT_FALSE(cloud.organised());
   EXPECT_THAT(cloud.source, ElementsAre(0, 2, 3));
   EXPECT_TRUE(std::isnan(cloud.z()[3]));  // padding

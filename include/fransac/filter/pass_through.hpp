@@ -38,7 +38,7 @@ struct LocalLimits {
 /// `cloud.source` is set when anything was removed; the cloud is no longer organised.
 void pass_through(const AxisLimits& limits, PointCloud& cloud);
 
-/// Removes the points that are not finite; `cloud.source` then names the input's points.
-void remove_invalid(PointCloud& cloud);
+/// Removes the points that are no measurements (PointCloud::measured); `cloud.source` then names the input's points.
+void remove_unmeasured(PointCloud& cloud);
 
 }  // namespace fransac

@@ -17,8 +17,7 @@ enum class CloudEncoding { ascii, binary, binary_compressed };  ///< binary_comp
 /// from the content. Needs fields x, y, z (float or double). The origin is chosen near the cloud's centre when its
 /// coordinates are too large for float (|coordinate| > 1000 m), else zero. Organised clouds keep width x height.
 /// Points that are not finite are NaN on all axes. A PCD's VIEWPOINT is not applied.
-/// Points at (0, 0, 0) are data like any other: some drivers write them for "no return", and whether a segmenter takes
-/// them is the pass-through's affair, not the reader's.
+/// Points at (0, 0, 0) are read as they stand; segment() takes them for "no return" (PointCloud::measured).
 /// A header that promises no points gives an empty cloud.
 /// Every size in the header is checked against the file's size before memory is taken.
 Result<PointCloud> read_cloud(const std::filesystem::path& file);

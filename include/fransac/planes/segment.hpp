@@ -47,7 +47,7 @@ struct Segmentation {
   std::vector<std::uint8_t> labels;  ///< One per pixel or point, row by row; see core/labels.hpp.
   std::vector<PlaneSegment> planes;  ///< Most support first; planes[i].id == i + 1.
 
-  std::uint64_t valid_points = 0;    ///< Measured pixels or finite points of the input.
+  std::uint64_t valid_points = 0;    ///< Measured pixels or points of the input.
   std::uint64_t sampled_points = 0;  ///< Points that were sampled: after pass-through and voxel grid.
   std::uint64_t iterations = 0;      ///< Hypotheses, over all planes.
   std::uint64_t rejected = 0;        ///< Of them rejected by the pre-test.
@@ -80,7 +80,8 @@ Result<Segmentation> segment(const DepthView& depth, const Camera& camera, const
 Status segment(const DepthView& depth, const Camera& camera, const SegmentOptions& options, Workspace& workspace,
                Segmentation& segmentation);
 
-/// Finds planes in a point cloud, organised or not. Points that are not finite get label 0.
+/// Finds planes in a point cloud, organised or not. Points that are no measurements (not finite, or exactly (0, 0, 0); see
+/// PointCloud::measured) get label 0.
 Result<Segmentation> segment(const PointCloud& cloud, const SegmentOptions& options = {});
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation);
 
