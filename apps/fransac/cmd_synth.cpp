@@ -118,7 +118,9 @@ void run_synth(const SynthCommand& command) {
   for (const std::string& scene : scenes) {
     for (options.frame = 0; options.frame < command.frames; ++options.frame) {
       options.scene = scene;
-      const std::string name = fmt::format("{}_{}_{}", scene, options.seed, options.frame);
+      // Numbers of equal length, so that frames sort by name in their order.
+      const auto digits = std::to_string(command.frames - 1).size();
+      const std::string name = fmt::format("{}_{}_{:0{}}", scene, options.seed, options.frame, digits);
       progress.step(name);
       write_synth_frame(output.add(name), unwrap(synth::render(options)));
     }

@@ -149,7 +149,8 @@ Status require_points(const PointCloud& points, const char* where) {
 template <class Source>
 Status run_pipeline(const Source& source, const SegmentOptions& options, Workspace::Impl& work, Segmentation& result) {
   const MethodParts parts = parts_of(options.method);
-  const bool limited = options.pass_through.use.value_or(parts.pass_through && Source::kAxesAreKnown);
+  const bool limits_chosen = options.pass_through.limits != AxisLimits{};
+  const bool limited = options.pass_through.use.value_or(limits_chosen || (parts.pass_through && Source::kAxesAreKnown));
   const auto time_of = [&](Stage stage) -> double& { return result.timing.stage_ms[static_cast<std::size_t>(stage)]; };
   Stopwatch total;
   Stopwatch watch;

@@ -15,6 +15,8 @@ struct AxisLimits {
   double min_m = 0.0;    ///< Metres.
   double max_m = 4.5;    ///< Metres. Zeineldin & El-Fishawy, section 3: Z in 0 to 4.5 m, the Kinect's useful range.
   bool outside = false;  ///< Keep what lies outside the interval instead.
+
+  bool operator==(const AxisLimits&) const = default;
 };
 
 /// Limits for coordinates relative to a cloud's origin, as the float comparison that means the same.

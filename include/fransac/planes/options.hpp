@@ -31,7 +31,8 @@ enum class LabelsFrom {
 };
 
 struct PassThroughOptions {
-  std::optional<bool> use;  ///< Unset: `fransac` on depth images only (a cloud's axes mean nothing by themselves).
+  /// Unset: `fransac` on depth images (a cloud's axes mean nothing by themselves), and wherever limits are chosen: are not the defaults.
+  std::optional<bool> use;
   AxisLimits limits;
 };
 
