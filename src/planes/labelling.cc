@@ -11,6 +11,8 @@
 #include <optional>
 #include <unordered_set>
 
+#include "kernels/rows.h"
+
 namespace fransac {
 namespace {
 
@@ -37,13 +39,21 @@ void read_row(const DepthView& depth, int v, float* z) {
   }
 }
 
+// Labels of a row are kept as floats until it is done; see kernels/rows.h.
+constexpr auto kNoDepth = static_cast<float>(kLabelNoDepth);
+constexpr auto kNoPlane = static_cast<float>(kLabelNoPlane);
+
 /// Takes the label off pixels that the limits do not keep.
-void apply_limits(const AxisLimits& limits, const Camera& camera, int v, const float* z, std::uint8_t* labels) {
+void apply_limits(const AxisLimits& limits, const Camera& camera, int v, const float* __restrict z, float* __restrict label) {
   const Ramp coordinate = ray_product(Eigen::Vector3d::Unit(static_cast<Eigen::Index>(limits.axis)), camera, v);
   const LocalLimits local(limits);
+  const float removed_inside = local.outside ? kNoPlane : kNoDepth;  // larger than every plane's label, or smaller
+  const float removed_outside = local.outside ? kNoDepth : kNoPlane;
   for (int u = 0; u < camera.width; ++u) {
-    const bool removed = (z[u] > 0.0F) & !local.keeps(z[u] * coordinate.at(u));
-    labels[u] = removed ? kLabelNoPlane : labels[u];
+    const float c = z[u] * coordinate.at(u);
+    const float at_least = c < local.min ? removed_outside : c > local.max ? removed_outside : removed_inside;
+    const float old_label = label[u];
+    label[u] = z[u] > 0.0F ? std::max(old_label, at_least) : old_label;
   }
 }
 
@@ -124,32 +134,34 @@ double occupied_area(const std::vector<Eigen::Vector2d>& points, double cell_m) 
 
 }  // namespace
 
+void RowBuffers::resize(int width) {
+  const std::size_t padded = (static_cast<std::size_t>(width) + kernels::kBlock - 1) / kernels::kBlock * kernels::kBlock;
+  for (auto* buffer : {&depth, &distance, &label}) buffer->assign(padded, 0.0F);
+}
+
 void label_image(const DepthView& depth, const Camera& camera, const LabelRule& rule, RowBuffers& row, Segmentation& segmentation) {
   const int width = depth.width();
-  row.depth.resize(static_cast<std::size_t>(width));
-  row.distance.resize(static_cast<std::size_t>(width));
+  row.resize(width);
   float* const z = row.depth.data();
   float* const nearest = row.distance.data();
+  float* const label = row.label.data();
+  const auto padded = static_cast<int>(row.depth.size());
   const float beyond = std::nextafter(static_cast<float>(rule.threshold_m), std::numeric_limits<float>::infinity());
   for (int v = 0; v < depth.height(); ++v) {
-    std::uint8_t* const labels = &segmentation.labels[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)];
     read_row(depth, v, z);
-    for (int u = 0; u < width; ++u) {
-      labels[u] = z[u] > 0.0F ? kLabelNoPlane : kLabelNoDepth;
-      nearest[u] = z[u] > 0.0F ? beyond : 0.0F;  // nothing is nearer than 0
+    for (int u = 0; u < padded; ++u) {
+      const bool measured = z[u] > 0.0F;
+      nearest[u] = measured ? beyond : 0.0F;  // nothing is nearer than 0
+      label[u] = measured ? kNoPlane : kNoDepth;
     }
     for (const PlaneSegment& segment : segmentation.planes) {
       const Ramp n_r = ray_product(segment.plane.normal, camera, v);
-      const auto d = static_cast<float>(segment.plane.d);
-      const auto label = static_cast<std::uint8_t>(segment.id);
-      for (int u = 0; u < width; ++u) {
-        const float distance = std::abs(z[u] * n_r.at(u) + d);
-        const bool nearer = distance < nearest[u];
-        nearest[u] = nearer ? distance : nearest[u];
-        labels[u] = nearer ? label : labels[u];
-      }
+      kernels::offer_plane(z, row.depth.size(),
+                           {n_r.base, n_r.step, static_cast<float>(segment.plane.d), static_cast<float>(segment.id)}, nearest, label);
     }
-    if (rule.limits != nullptr) apply_limits(*rule.limits, camera, v, z, labels);
+    if (rule.limits != nullptr) apply_limits(*rule.limits, camera, v, z, label);
+    std::uint8_t* const labels = &segmentation.labels[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)];
+    for (int u = 0; u < width; ++u) labels[u] = static_cast<std::uint8_t>(static_cast<int>(label[u]));
   }
 }
 
@@ -181,7 +193,7 @@ void label_leaves(const PointCloud& points, const VoxelGrid& grid, double thresh
 void measure_image(const DepthView& depth, const Camera& camera, RowBuffers& row, Segmentation& segmentation) {
   std::array<Evidence, 256> sums{};
   const int width = depth.width();
-  row.depth.resize(static_cast<std::size_t>(width));
+  row.resize(width);
   for (int v = 0; v < depth.height(); ++v) {
     const std::uint8_t* const labels = &segmentation.labels[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)];
     read_row(depth, v, row.depth.data());

@@ -2,8 +2,7 @@
 /// From plane equations to a label per pixel or point, and each plane's evidence.
 #pragma once
 
-#include <vector>
-
+#include "fransac/core/aligned.hpp"
 #include "fransac/core/camera.hpp"
 #include "fransac/core/depth_image.hpp"
 #include "fransac/filter/pass_through.hpp"
@@ -18,10 +17,13 @@ struct LabelRule {
   const AxisLimits* limits = nullptr;  ///< Null: everywhere.
 };
 
-/// Buffers of one image row.
+/// Buffers of one image row, padded with zeros (no depth) to whole blocks.
 struct RowBuffers {
-  std::vector<float> depth;
-  std::vector<float> distance;
+  AlignedVector<float> depth;
+  AlignedVector<float> distance;
+  AlignedVector<float> label;
+
+  void resize(int width);
 };
 
 /// A pixel or point gets the plane it is nearest to if that is within the threshold (eq. 1; ties: the smaller label),

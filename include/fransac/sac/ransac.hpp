@@ -139,7 +139,7 @@ void optimise_locally(const Problem& problem, RansacResult<typename Problem::Mod
 template <SamplingProblem Problem>
 RansacResult<typename Problem::Model> ransac(const Problem& problem, const RansacOptions& options,
                                              RansacWorkspace<typename Problem::Model>& work) {
-  constexpr std::uint64_t kFirstBatch = 8;
+  constexpr std::uint64_t kFirstBatch = 4;  // most frames with a clear plane need no more
   constexpr std::uint64_t kMaxBatch = 32;
   constexpr std::size_t kModelsPerTask = 8;
   RansacResult<typename Problem::Model> best;
