@@ -63,10 +63,12 @@ SegmentOptions any_options() {
   options.ransac.scoring = *rc::gen::element(sac::Scoring::inliers, sac::Scoring::msac);
   options.ransac.local_optimisation = *rc::gen::arbitrary<bool>();
   options.ransac.refine = *rc::gen::arbitrary<bool>();
-  options.pass_through.limits.axis = *rc::gen::element(Axis::x, Axis::y, Axis::z);
-  options.pass_through.limits.min_m = any_number(-0.5, 0.5);
-  options.pass_through.limits.max_m = any_number(1.0, 3.0);
-  options.pass_through.limits.outside = *rc::gen::arbitrary<bool>();
+  if (*rc::gen::arbitrary<bool>()) {
+    options.pass_through.limits = {.axis = *rc::gen::element(Axis::x, Axis::y, Axis::z),
+                                   .min_m = any_number(-0.5, 0.5),
+                                   .max_m = any_number(1.0, 3.0),
+                                   .outside = *rc::gen::arbitrary<bool>()};
+  }
   if (*rc::gen::arbitrary<bool>()) options.pass_through.use = *rc::gen::arbitrary<bool>();
   return options;
 }
@@ -81,8 +83,8 @@ TEST(SegmentProperty, LabelsPartitionThePixels) {
       return;
     }
     const Segmentation& s = *result;
-    const bool limited = options.pass_through.use.value_or(options.method == Method::fransac);
     const AxisLimits& limits = options.pass_through.limits;
+    const bool limited = options.pass_through.use.value_or(options.method == Method::fransac || limits != AxisLimits{});
     std::vector<std::uint64_t> inliers(256);
     for (int v = 0; v < image.camera.height; ++v) {
       for (int u = 0; u < image.camera.width; ++u) {
