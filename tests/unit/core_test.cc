@@ -264,6 +264,17 @@ TEST(PointCloud, SourceIsTheIdentityUntilFiltered) {
   EXPECT_EQ(cloud.source_of(1), 9U);
 }
 
+TEST(PointCloud, ZeroInTheInputsCoordinatesIsNoMeasurement) {
+  const PointCloud near = testing::cloud_of({{0, 0, 0}, {-0.0, 0, 0}, {0, 0, 1e-30}, {kNaN, 0, 0}});
+  EXPECT_FALSE(near.measured(0));
+  EXPECT_FALSE(near.measured(1));
+  EXPECT_TRUE(near.measured(2));
+  EXPECT_FALSE(near.measured(3));
+  const PointCloud far = testing::cloud_of({{0, 0, 0}, {-5e5, -5.4e6, -200.0}}, {5e5, 5.4e6, 200.0});
+  EXPECT_TRUE(far.measured(0));  // the cloud's own origin is a place like any other
+  EXPECT_FALSE(far.measured(1));
+}
+
 TEST(PointCloud, FiniteLooksAtEveryAxis) {
   const double inf = kInf;
   const PointCloud cloud = testing::cloud_of({{1, 2, 3}, {kNaN, 2, 3}, {1, inf, 3}, {1, 2, -inf}});

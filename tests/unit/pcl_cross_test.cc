@@ -141,7 +141,7 @@ void expect_the_same_fit(const PointCloud& cloud) {
   pcl::SampleConsensusModelPlane<pcl::PointXYZ> model(pcl_cloud);
   Eigen::VectorXf start(4);
   start << found->normal.cast<float>(), static_cast<float>(found->d);
-  Eigen::VectorXf optimised;
+  Eigen::VectorXf optimised(4);  // sized here: under AddressSanitizer Eigen allocates in another way than PCL was built with
   model.optimizeModelCoefficients(inliers, start, optimised);
   ASSERT_EQ(optimised.size(), 4);
   const Plane refined = *make_plane(optimised.head<3>().cast<double>(), static_cast<double>(optimised[3]));

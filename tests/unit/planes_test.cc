@@ -286,6 +286,19 @@ TEST(Segment, BeyondTheLimitsNothingIsLabelled) {
   }
 }
 
+TEST(Segment, ChosenLimitsSwitchThePassThroughOn) {
+  FloatImage image(testing::small_camera());
+  image.draw(*make_plane({0.4, 0.0, -1.0}, 2.0));
+  for (const Method method : kMethods) {
+    SegmentOptions options = options_for(method);
+    EXPECT_EQ(count(segmented(image, options), kLabelFirst), 4800U);
+    options.pass_through.limits.max_m = 2.0;
+    EXPECT_LT(count(segmented(image, options), kLabelFirst), 4000U) << enum_name(method);
+    options.pass_through.use = false;
+    EXPECT_EQ(count(segmented(image, options), kLabelFirst), 4800U) << enum_name(method);
+  }
+}
+
 TEST(Segment, LimitsAlongXAndYLabelTheSamePixelsTheyFilter) {
   FloatImage image(testing::small_camera());
   image.draw(*make_plane({0.1, -0.2, -1.0}, 1.5));
