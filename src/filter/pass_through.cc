@@ -59,9 +59,7 @@ void pass_through(const AxisLimits& limits, PointCloud& cloud) {
   const auto axis = static_cast<Eigen::Index>(limits.axis);
   const LocalLimits local(limits, cloud.origin[axis]);
   const float* const coordinate = axis == 0 ? cloud.x() : axis == 1 ? cloud.y() : cloud.z();
-  compact(cloud, [=, finite = FiniteTest(cloud)](std::size_t i) {
-    return local.keeps(coordinate[i]) & finite(i);
-  });
+  compact(cloud, [=, finite = FiniteTest(cloud)](std::size_t i) { return local.keeps(coordinate[i]) & finite(i); });
 }
 
 void remove_unmeasured(PointCloud& cloud) {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "fransac/core/aligned.hpp"
-#include "hwy/targets.h"
+#include "kernels/targets.hpp"
 #include "support.hpp"
 
 namespace fransac::kernels {
@@ -223,12 +223,6 @@ TEST_P(Kernels, LeafKeysFillAllBits) {
   for (std::size_t i = 0; i < p.n(); ++i) {
     EXPECT_EQ(keys[i], index(p.x[i]) | index(p.y[i]) << 31 | index(p.z[i]) << 62) << i;
   }
-}
-
-std::vector<std::int64_t> targets() {
-  std::vector<std::int64_t> list;
-  for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) list.push_back(rest & -rest);
-  return list;
 }
 
 INSTANTIATE_TEST_SUITE_P(Targets, Kernels, ::testing::ValuesIn(targets()),

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "fransac/core/aligned.hpp"
-#include "hwy/targets.h"
+#include "kernels/targets.hpp"
 #include "support.hpp"
 
 namespace fransac::kernels {
@@ -37,7 +37,8 @@ TEST_P(RowKernels, OfferPlane) {
     Floats nearest_ref = nearest;
     Floats label_ref = label;
     for (int id = 1; id <= 3; ++id) {
-      const RowPlane plane{static_cast<float>(testing::uniform(random, -1.0, 1.0)), static_cast<float>(testing::uniform(random, -1e-3, 1e-3)),
+      const RowPlane plane{static_cast<float>(testing::uniform(random, -1.0, 1.0)),
+                           static_cast<float>(testing::uniform(random, -1e-3, 1e-3)),
                            static_cast<float>(testing::uniform(random, 0.0, 2.0)), static_cast<float>(id)};
       offer_plane(z.data(), n, plane, nearest.data(), label.data());
       ref::offer_plane(z.data(), n, plane, nearest_ref.data(), label_ref.data());
@@ -73,8 +74,10 @@ TEST(RowKernel, ClosedForm) {
   EXPECT_EQ(label[3], 0.0F);
 }
 
-INSTANTIATE_TEST_SUITE_P(Targets, RowKernels, ::testing::ValuesIn(hwy::SupportedAndGeneratedTargets()),
-                         [](const auto& info) { return std::string(hwy::TargetName(info.param)); });
+INSTANTIATE_TEST_SUITE_P(Targets, RowKernels, ::testing::ValuesIn(targets()),
+                         [](const ::testing::TestParamInfo<std::int64_t>& target) {
+                           return std::string(hwy::TargetName(target.param));
+                         });
 
 }  // namespace
 }  // namespace fransac::kernels
