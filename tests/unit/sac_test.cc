@@ -466,6 +466,20 @@ TEST(PlaneProblem, BailOutNeverRaisesALoserNorTouchesAWinner) {
   }
 }
 
+TEST(PlaneProblem, BailOutWaitsForInliersThatComeLast) {
+  // 4096 points far off the plane, then 2048 on it: the plane can win until the last point has been seen.
+  std::vector<Vector3d> points;
+  for (int i = 0; i < 6144; ++i) points.emplace_back(i % 64, i / 64, i < 4096 ? 5.0 : 1.0);
+  const PointCloud cloud = testing::cloud_of(points);
+  const Plane plane = *make_plane({0, 0, -1}, 1.0);
+  for (const Scoring scoring : {Scoring::inliers, Scoring::msac}) {
+    Score score;
+    PlaneProblem(cloud, 0.01, scoring).score(std::span(&plane, 1), {2047.0, 2047}, std::span(&score, 1));
+    EXPECT_EQ(score.value, 2048.0);
+    EXPECT_EQ(score.inliers, 2048U);
+  }
+}
+
 TEST(PlaneProblem, LoopIsThePlainLoopAtAnyNumberOfThreads) {
   // The plain loop scores every hypothesis on all points: bail-out, batches and threads change nothing.
   const PointCloud cloud = noisy_plane(1500, 3500, 0.004, testing::test_random());
