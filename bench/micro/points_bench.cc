@@ -33,14 +33,14 @@ void over_points(benchmark::State& state, const Kernel& kernel) {
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
 
-#define FRANSAC_POINT_BENCH(name)                                                                         \
-  void name(benchmark::State& state) {                                                                    \
-    over_points(state, [](auto... a) { return fransac::kernels::name(a..., kPlane, kThreshold); });       \
-  }                                                                                                       \
-  BENCHMARK(name)->Arg(2048)->Arg(300000);                                                                \
-  void name##_ref(benchmark::State& state) {                                                              \
-    over_points(state, [](auto... a) { return fransac::kernels::ref::name(a..., kPlane, kThreshold); });  \
-  }                                                                                                       \
+#define FRANSAC_POINT_BENCH(name)                                                                        \
+  void name(benchmark::State& state) {                                                                   \
+    over_points(state, [](auto... a) { return fransac::kernels::name(a..., kPlane, kThreshold); });      \
+  }                                                                                                      \
+  BENCHMARK(name)->Arg(2048)->Arg(300000);                                                               \
+  void name##_ref(benchmark::State& state) {                                                             \
+    over_points(state, [](auto... a) { return fransac::kernels::ref::name(a..., kPlane, kThreshold); }); \
+  }                                                                                                      \
   BENCHMARK(name##_ref)->Arg(2048)->Arg(300000)
 
 FRANSAC_POINT_BENCH(count_inliers);

@@ -39,9 +39,11 @@ float DepthView::metres(int u, int v) const {
 Status validate(const DepthView& depth) {
   const auto error = [](const char* message) { return Error{ErrorCode::invalid_argument, message}; };
   if (depth.width() < 1 || depth.width() > kMaxImageSide) return error("depth image: width must be between 1 and 32768 pixels");
-  if (depth.height() < 1 || depth.height() > kMaxImageSide) return error("depth image: height must be between 1 and 32768 pixels");
+  if (depth.height() < 1 || depth.height() > kMaxImageSide)
+    return error("depth image: height must be between 1 and 32768 pixels");
   if (depth.row_uint16(0) == nullptr) return error("depth image: data is null");
-  const auto value_size = static_cast<std::ptrdiff_t>(depth.format() == DepthFormat::uint16 ? sizeof(std::uint16_t) : sizeof(float));
+  const auto value_size =
+      static_cast<std::ptrdiff_t>(depth.format() == DepthFormat::uint16 ? sizeof(std::uint16_t) : sizeof(float));
   const std::ptrdiff_t stride = depth.row_stride_bytes();
   const std::ptrdiff_t row_size = value_size * depth.width();
   if (-row_size < stride && stride < row_size) return error("depth image: row stride is shorter than a row");

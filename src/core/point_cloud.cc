@@ -40,7 +40,8 @@ void PointCloud::set(std::size_t i, const Eigen::Vector3f& local_point) {
 void PointCloud::pad() {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   for (auto* axis : {&x_, &y_, &z_}) {
-    std::fill(axis->begin() + static_cast<std::ptrdiff_t>(size_), axis->begin() + static_cast<std::ptrdiff_t>(padded_size()), kNaN);
+    std::fill(axis->begin() + static_cast<std::ptrdiff_t>(size_), axis->begin() + static_cast<std::ptrdiff_t>(padded_size()),
+              kNaN);
   }
 }
 

@@ -172,7 +172,8 @@ Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_po
   grid.leaves.height = 1;
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
     const Eigen::Map<const Eigen::Vector3d> sum(&grid.sums[3 * leaf]);
-    const Eigen::Vector3d point = leaf_point == LeafPoint::centroid ? sum / grid.point_count[leaf] : lattice->centre(grid.keys[leaf]);
+    const Eigen::Vector3d point =
+        leaf_point == LeafPoint::centroid ? sum / grid.point_count[leaf] : lattice->centre(grid.keys[leaf]);
     grid.leaves.set(leaf, point.cast<float>());
   }
   return {};

@@ -38,7 +38,10 @@ Bounds BoundsOf(const float* HWY_RESTRICT values, std::size_t n) {
 
 struct PlaneV {
   explicit PlaneV(const PlaneF& plane)
-      : a(hn::Set(FloatTag(), plane.a)), b(hn::Set(FloatTag(), plane.b)), c(hn::Set(FloatTag(), plane.c)), d(hn::Set(FloatTag(), plane.d)) {}
+      : a(hn::Set(FloatTag(), plane.a)),
+        b(hn::Set(FloatTag(), plane.b)),
+        c(hn::Set(FloatTag(), plane.c)),
+        d(hn::Set(FloatTag(), plane.d)) {}
   HWY_INLINE Float Residual(Float x, Float y, Float z) const { return hn::MulAdd(a, x, hn::MulAdd(b, y, hn::MulAdd(c, z, d))); }
   Float a, b, c, d;
 };
@@ -59,8 +62,8 @@ std::uint32_t CountInliers(const float* HWY_RESTRICT x, const float* HWY_RESTRIC
   return static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)));
 }
 
-Msac MsacOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n, const PlaneF& plane,
-            float threshold) {
+Msac MsacOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
+            const PlaneF& plane, float threshold) {
   const FloatTag d;
   const hn::RebindToSigned<FloatTag> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -80,8 +83,8 @@ Msac MsacOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const floa
   return {hn::GetLane(hn::SumOfLanes(d, gain)), static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)))};
 }
 
-InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
-                              const PlaneF& plane, float threshold) {
+InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z,
+                              std::size_t n, const PlaneF& plane, float threshold) {
   const hn::CappedTag<double, kBlock / 2> dd;
   const hn::Rebind<float, decltype(dd)> df;  // as many floats as fit into a vector of doubles
   const std::size_t lanes = hn::Lanes(dd);

@@ -27,7 +27,8 @@ Msac msac(const float* x, const float* y, const float* z, std::size_t n, const P
   return HWY_DYNAMIC_DISPATCH(MsacOf)(x, y, z, n, plane, threshold);
 }
 
-InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold) {
+InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane,
+                             float threshold) {
   return HWY_DYNAMIC_DISPATCH(InlierMomentsOf)(x, y, z, n, plane, threshold);
 }
 

@@ -27,7 +27,7 @@ struct PlaneF {
 std::uint32_t count_inliers(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
 
 struct Msac {
-  float gain;             ///< Sum over the inliers of 1 - (r / threshold)^2.
+  float gain;  ///< Sum over the inliers of 1 - (r / threshold)^2.
   std::uint32_t inliers;
 };
 /// Accumulated in float: call with at most some thousands of points at a time.

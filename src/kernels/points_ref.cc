@@ -23,7 +23,8 @@ Bounds bounds(const float* values, std::size_t n) {
 
 std::uint32_t count_inliers(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold) {
   std::uint32_t count = 0;
-  for (std::size_t i = 0; i < n; ++i) count += static_cast<std::uint32_t>(std::abs(residual(plane, x[i], y[i], z[i])) <= threshold);
+  for (std::size_t i = 0; i < n; ++i)
+    count += static_cast<std::uint32_t>(std::abs(residual(plane, x[i], y[i], z[i])) <= threshold);
   return count;
 }
 
@@ -40,7 +41,8 @@ Msac msac(const float* x, const float* y, const float* z, std::size_t n, const P
   return result;
 }
 
-InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold) {
+InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane,
+                             float threshold) {
   InlierMoments m{};
   for (std::size_t i = 0; i < n; ++i) {
     if (!(std::abs(residual(plane, x[i], y[i], z[i])) <= threshold)) continue;

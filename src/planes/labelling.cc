@@ -124,7 +124,9 @@ double occupied_area(const std::vector<Eigen::Vector2d>& points, double cell_m) 
   for (int doubling = 0; doubling < kMaxDoublings; ++doubling, cell_m *= 2.0) {
     cells.clear();
     for (const Eigen::Vector2d& p : points) {
-      const auto index = [&](double c) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(c / cell_m))) & 0xFFFFFFFFU; };
+      const auto index = [&](double c) {
+        return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(c / cell_m))) & 0xFFFFFFFFU;
+      };
       cells.insert(index(p.x()) << 32 | index(p.y()));
     }
     if (kPointsPerCell * static_cast<double>(cells.size()) <= static_cast<double>(points.size()) || cells.size() <= 1) break;
@@ -139,7 +141,8 @@ void RowBuffers::resize(int width) {
   for (auto* buffer : {&depth, &distance, &label}) buffer->assign(padded, 0.0F);
 }
 
-void label_image(const DepthView& depth, const Camera& camera, const LabelRule& rule, RowBuffers& row, Segmentation& segmentation) {
+void label_image(const DepthView& depth, const Camera& camera, const LabelRule& rule, RowBuffers& row,
+                 Segmentation& segmentation) {
   const int width = depth.width();
   row.resize(width);
   float* const z = row.depth.data();
@@ -157,7 +160,8 @@ void label_image(const DepthView& depth, const Camera& camera, const LabelRule& 
     for (const PlaneSegment& segment : segmentation.planes) {
       const Ramp n_r = ray_product(segment.plane.normal, camera, v);
       kernels::offer_plane(z, row.depth.size(),
-                           {n_r.base, n_r.step, static_cast<float>(segment.plane.d), static_cast<float>(segment.id)}, nearest, label);
+                           {n_r.base, n_r.step, static_cast<float>(segment.plane.d), static_cast<float>(segment.id)}, nearest,
+                           label);
     }
     if (rule.limits != nullptr) apply_limits(*rule.limits, camera, v, z, label);
     std::uint8_t* const labels = &segmentation.labels[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)];

@@ -29,7 +29,8 @@ struct RowBuffers {
 /// A pixel or point gets the plane it is nearest to if that is within the threshold (eq. 1; ties: the smaller label),
 /// kLabelNoPlane otherwise, kLabelNoDepth without a measurement. segmentation.labels must have the input's size.
 /// The image version works on raw depth, |z (n . r) + d| <= t with n . r affine in the column: no XYZ.
-void label_image(const DepthView& depth, const Camera& camera, const LabelRule& rule, RowBuffers& row, Segmentation& segmentation);
+void label_image(const DepthView& depth, const Camera& camera, const LabelRule& rule, RowBuffers& row,
+                 Segmentation& segmentation);
 void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& segmentation);
 
 /// The paper's way: `points`, which went into the grid, get the label of their leaf's point.

@@ -8,7 +8,7 @@ namespace fransac {
 
 /// The parts of the paper's figure 2 that a method has. Every method ends in the same sampling loop and the same labels.
 struct MethodParts {
-  bool pass_through;   ///< Unless the user says otherwise; depth images only.
+  bool pass_through;  ///< Unless the user says otherwise; depth images only.
   bool voxel_grid;
   int pretest_points;  ///< d of T(d,d), unless the user says otherwise.
 };

@@ -63,8 +63,8 @@ Status validate(const SegmentOptions& options) {
   if (!check.status) return check.status;
   const AxisLimits& limits = options.pass_through.limits;
   if (!(limits.min_m < limits.max_m)) {
-    return Error{ErrorCode::invalid_argument, "pass-through-min: must be below pass-through-max (" + number(limits.max_m) + " m), is " +
-                                                  number(limits.min_m)};
+    return Error{ErrorCode::invalid_argument,
+                 "pass-through-min: must be below pass-through-max (" + number(limits.max_m) + " m), is " + number(limits.min_m)};
   }
   return {};
 }

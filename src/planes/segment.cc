@@ -18,7 +18,7 @@
 namespace fransac {
 
 struct Workspace::Impl {
-  PointCloud points;     // the input's measured points, then those within the limits
+  PointCloud points;  // the input's measured points, then those within the limits
   VoxelGrid grid;
   PointCloud remaining;  // what is left after peeling planes off
   sac::RansacWorkspace<Plane> ransac;
@@ -56,7 +56,9 @@ struct DepthSource {
   [[nodiscard]] int width() const { return depth.width(); }
   [[nodiscard]] int height() const { return depth.height(); }
   void points(PointCloud& out) const { deproject(depth, camera, out); }
-  void label(const LabelRule& rule, Workspace::Impl& work, Segmentation& s) const { label_image(depth, camera, rule, work.row, s); }
+  void label(const LabelRule& rule, Workspace::Impl& work, Segmentation& s) const {
+    label_image(depth, camera, rule, work.row, s);
+  }
   void measure(double /*cell_m*/, Workspace::Impl& work, Segmentation& s) const { measure_image(depth, camera, work.row, s); }
 };
 
@@ -168,7 +170,9 @@ Status run_pipeline(const Source& source, const SegmentOptions& options, Workspa
 
   const PointCloud* sampled = &work.points;
   if (parts.voxel_grid) {
-    if (Status status = voxel_grid(work.points, options.voxel_grid.leaf_size_m, options.voxel_grid.leaf_point, work.grid); !status) return status;
+    if (Status status = voxel_grid(work.points, options.voxel_grid.leaf_size_m, options.voxel_grid.leaf_point, work.grid);
+        !status)
+      return status;
     sampled = &work.grid.leaves;
     if (Status status = require_points(*sampled, "after the voxel grid (leaf-size)"); !status) return status;
     time_of(Stage::voxel_grid) = watch.lap();
@@ -215,16 +219,18 @@ Status segment_source(const Source& source, const SegmentOptions& options, Works
     reset(segmentation, options.method, source.width(), source.height());
     return run_pipeline(source, options, workspace.impl(), segmentation);
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::out_of_memory, "not enough memory for " + std::to_string(source.width()) + " x " +
-                                               std::to_string(source.height()) + " points"};
+    return Error{ErrorCode::out_of_memory,
+                 "not enough memory for " + std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"};
   }
 }
 
 Status check(const PointCloud& cloud) {
   if (cloud.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    return Error{ErrorCode::unsupported, "point cloud: " + std::to_string(cloud.size()) + " points; at most 2^31 - 1 are supported"};
+    return Error{ErrorCode::unsupported,
+                 "point cloud: " + std::to_string(cloud.size()) + " points; at most 2^31 - 1 are supported"};
   }
-  const std::size_t organised_size = static_cast<std::size_t>(std::max(cloud.width, 0)) * static_cast<std::size_t>(std::max(cloud.height, 0));
+  const std::size_t organised_size =
+      static_cast<std::size_t>(std::max(cloud.width, 0)) * static_cast<std::size_t>(std::max(cloud.height, 0));
   if (cloud.organised() && organised_size != cloud.size()) {
     return Error{ErrorCode::invalid_argument, "point cloud: width x height is not its number of points"};
   }
@@ -248,8 +254,8 @@ Status segment(const DepthView& depth, const Camera& camera, const SegmentOption
   if (Status status = validate(camera); !status) return status;
   if (camera.width != depth.width() || camera.height != depth.height()) {
     const auto size = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
-    return Error{ErrorCode::invalid_argument, "camera is for " + size(camera.width, camera.height) + " pixels, the depth image has " +
-                                                  size(depth.width(), depth.height())};
+    return Error{ErrorCode::invalid_argument, "camera is for " + size(camera.width, camera.height) +
+                                                  " pixels, the depth image has " + size(depth.width(), depth.height())};
   }
   return segment_source(DepthSource{depth, camera}, options, workspace, segmentation);
 }

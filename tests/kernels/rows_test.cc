@@ -37,7 +37,8 @@ TEST_P(RowKernels, OfferPlane) {
     Floats nearest_ref = nearest;
     Floats label_ref = label;
     for (int id = 1; id <= 3; ++id) {
-      const RowPlane plane{static_cast<float>(testing::uniform(random, -1.0, 1.0)), static_cast<float>(testing::uniform(random, -1e-3, 1e-3)),
+      const RowPlane plane{static_cast<float>(testing::uniform(random, -1.0, 1.0)),
+                           static_cast<float>(testing::uniform(random, -1e-3, 1e-3)),
                            static_cast<float>(testing::uniform(random, 0.0, 2.0)), static_cast<float>(id)};
       offer_plane(z.data(), n, plane, nearest.data(), label.data());
       ref::offer_plane(z.data(), n, plane, nearest_ref.data(), label_ref.data());

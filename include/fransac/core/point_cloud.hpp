@@ -41,8 +41,8 @@ class PointCloud {
   /// The i-th point in the coordinates of the input.
   [[nodiscard]] Eigen::Vector3d point(std::size_t i) const { return local(i) + origin; }
   [[nodiscard]] bool finite(std::size_t i) const;
-  /// Whether the i-th point is a measurement: finite, and not exactly (0, 0, 0) in the coordinates of the input. That is what many
-  /// drivers write where nothing came back; thousands of such "points" would pull every plane through the sensor.
+  /// Whether the i-th point is a measurement: finite, and not exactly (0, 0, 0) in the coordinates of the input. That is what
+  /// many drivers write where nothing came back; thousands of such "points" would pull every plane through the sensor.
   [[nodiscard]] bool measured(std::size_t i) const;
 
   /// Sets the number of points; new points and the padding are NaN. Keeps capacity when shrinking.

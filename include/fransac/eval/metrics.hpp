@@ -28,8 +28,8 @@ struct Detection {
 Result<Detection> dominant_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
                                  std::uint8_t predicted_label = 1);
 
-/// The same for the predicted plane that overlaps truth label 1 most (by intersection; ties: the lower label): fair where two planes
-/// are about equally large. The label itself is returned too; 0 when no predicted plane overlaps.
+/// The same for the predicted plane that overlaps truth label 1 most (by intersection; ties: the lower label): fair where two
+/// planes are about equally large. The label itself is returned too; 0 when no predicted plane overlaps.
 struct BestDetection {
   Detection detection;
   std::uint8_t label = 0;
@@ -49,14 +49,15 @@ struct InstanceMetrics {
     double f1 = 0.0;
     double mean_iou = 0.0;  ///< Of the matched pairs; 0 without any.
   };
-  AtIou at50;                          ///< IoU >= 0.5
-  AtIou at75;                          ///< IoU >= 0.75
-  double under_segmentation = 0.0;     ///< Share of the predicted planes that cover two or more true planes (Hoover: each overlap is most of the true plane).
-  double over_segmentation = 0.0;      ///< Share of the true planes that are covered by two or more predicted planes.
-  double missed = 0.0;                 ///< Share of the true planes without a match at 0.5.
-  double noise = 0.0;                  ///< Share of the predicted planes without a match at 0.5.
-  double weighted_iou = 0.0;           ///< Mean over true planes, weighted by pixels, of the best IoU with a predicted plane.
-  double plane_pixel_f1 = 0.0;         ///< F1 of "on some plane" over the judged pixels.
+  AtIou at50;                       ///< IoU >= 0.5
+  AtIou at75;                       ///< IoU >= 0.75
+  double under_segmentation = 0.0;  ///< Share of the predicted planes that cover two or more true planes (Hoover: each overlap is
+                                    ///< most of the true plane).
+  double over_segmentation = 0.0;   ///< Share of the true planes that are covered by two or more predicted planes.
+  double missed = 0.0;              ///< Share of the true planes without a match at 0.5.
+  double noise = 0.0;               ///< Share of the predicted planes without a match at 0.5.
+  double weighted_iou = 0.0;        ///< Mean over true planes, weighted by pixels, of the best IoU with a predicted plane.
+  double plane_pixel_f1 = 0.0;      ///< F1 of "on some plane" over the judged pixels.
 };
 
 /// Planes (true or predicted) with fewer than `min_share` of the judged pixels (truth != 0) are left out; DESIGN: 0.5 %.
@@ -65,8 +66,8 @@ Result<InstanceMetrics> instance_metrics(std::span<const std::uint8_t> truth, st
 
 /// Errors of a plane against its true coefficients.
 struct PlaneError {
-  double angle_rad = 0.0;   ///< Between the normals, [0, pi/2].
-  double offset_m = 0.0;    ///< |d - d_true|, canonical signs (normals aligned first).
+  double angle_rad = 0.0;  ///< Between the normals, [0, pi/2].
+  double offset_m = 0.0;   ///< |d - d_true|, canonical signs (normals aligned first).
 };
 PlaneError plane_error(const Plane& truth, const Plane& predicted);
 

@@ -22,7 +22,7 @@ struct VoxelGrid {
   AlignedVector<std::uint32_t> leaf_of;      ///< For each input point its leaf.
   AlignedVector<std::uint32_t> point_count;  ///< For each leaf the number of its input points.
 
-  AlignedVector<std::uint64_t> keys;         ///< For each leaf its place in the grid, packed.
+  AlignedVector<std::uint64_t> keys;  ///< For each leaf its place in the grid, packed.
 
   /// Memory between frames; not part of the result.
   struct Slot {

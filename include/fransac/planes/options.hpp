@@ -31,33 +31,34 @@ enum class LabelsFrom {
 };
 
 struct PassThroughOptions {
-  /// Unset: `fransac` on depth images (a cloud's axes mean nothing by themselves), and wherever limits are chosen: are not the defaults.
+  /// Unset: `fransac` on depth images (a cloud's axes mean nothing by themselves), and wherever limits are chosen: are not the
+  /// defaults.
   std::optional<bool> use;
   AxisLimits limits;
 };
 
 struct VoxelGridOptions {
-  double leaf_size_m = 0.02;                    ///< Zeineldin & El-Fishawy, section 4.
+  double leaf_size_m = 0.02;  ///< Zeineldin & El-Fishawy, section 4.
   LeafPoint leaf_point = LeafPoint::centroid;
 };
 
 struct RansacPlaneOptions {
-  double threshold_m = 0.01;                    ///< t of eq. (1). Zeineldin & El-Fishawy, section 4.
-  double probability = 0.99;                    ///< p of eq. (2).
-  int max_iterations = 1000;                    ///< The cap I.
-  std::optional<int> pretest_points;            ///< d of T(d,d). Unset: 1 for `rransac` (Matas & Chum 2004), else 0.
+  double threshold_m = 0.01;          ///< t of eq. (1). Zeineldin & El-Fishawy, section 4.
+  double probability = 0.99;          ///< p of eq. (2).
+  int max_iterations = 1000;          ///< The cap I.
+  std::optional<int> pretest_points;  ///< d of T(d,d). Unset: 1 for `rransac` (Matas & Chum 2004), else 0.
   sac::Scoring scoring = sac::Scoring::msac;
   bool local_optimisation = true;
-  bool refine = true;                           ///< Final least squares on the inliers.
+  bool refine = true;  ///< Final least squares on the inliers.
 };
 
 struct SegmentOptions {
   Method method = Method::automatic;
-  int max_planes = 1;                ///< 0: all, up to kMaxPlanes.
-  double min_support = 0.02;         ///< Smallest support of a plane, as a share of the points that are sampled.
+  int max_planes = 1;         ///< 0: all, up to kMaxPlanes.
+  double min_support = 0.02;  ///< Smallest support of a plane, as a share of the points that are sampled.
   LabelsFrom labels_from = LabelsFrom::pixels;
   std::uint64_t seed = 0;
-  int threads = 1;                   ///< 0: all cores. Never changes the answer.
+  int threads = 1;  ///< 0: all cores. Never changes the answer.
   PassThroughOptions pass_through;
   VoxelGridOptions voxel_grid;
   RansacPlaneOptions ransac;
@@ -66,13 +67,13 @@ struct SegmentOptions {
 /// What a front end needs to know of one option. `Value` is double, int, std::uint64_t, bool, an enum, or a
 /// std::optional of one of these (unset: the method decides).
 struct OptionInfo {
-  std::string_view name;   ///< As on the command line, without dashes; words joined by "-".
-  std::string_view unit;   ///< "m", "points", … or empty.
-  std::string_view help;   ///< One sentence without the default, which the value itself tells.
+  std::string_view name;                                  ///< As on the command line, without dashes; words joined by "-".
+  std::string_view unit;                                  ///< "m", "points", … or empty.
+  std::string_view help;                                  ///< One sentence without the default, which the value itself tells.
   double min = -std::numeric_limits<double>::infinity();  ///< Smallest valid number.
   double max = std::numeric_limits<double>::infinity();   ///< Largest valid number.
-  bool open_min = false;   ///< Whether `min` itself is invalid.
-  bool open_max = false;   ///< Whether `max` itself is invalid.
+  bool open_min = false;                                  ///< Whether `min` itself is invalid.
+  bool open_max = false;                                  ///< Whether `max` itself is invalid.
 };
 
 /// Calls visit(info, value&) for every option; the one list of names, units, ranges and help texts.
@@ -83,7 +84,8 @@ void for_each_option(Options& o, Visitor&& visit) {
   visit(OptionInfo{"method", "", "how planes are found"}, o.method);
   visit(OptionInfo{"planes", "planes", "how many planes to peel off, or 'all'", 0, kMaxPlanes}, o.max_planes);
   visit(OptionInfo{"min-support", "share", "smallest support of a plane, as a share of the sampled points", 0, 1}, o.min_support);
-  visit(OptionInfo{"labels-from", "", "label every pixel near a plane, or the pixels whose leaf is an inlier (the paper)"}, o.labels_from);
+  visit(OptionInfo{"labels-from", "", "label every pixel near a plane, or the pixels whose leaf is an inlier (the paper)"},
+        o.labels_from);
   visit(OptionInfo{"seed", "", "seed of the random samples"}, o.seed);
   visit(OptionInfo{"threads", "threads", "threads to use, 0 for all cores; never changes the answer", 0, 1024}, o.threads);
   visit(OptionInfo{"pass-through", "", "keep only points within limits along an axis"}, o.pass_through.use);
@@ -94,7 +96,8 @@ void for_each_option(Options& o, Visitor&& visit) {
   visit(OptionInfo{"leaf-size", "m", "edge of a voxel-grid leaf", 0, kInf, true, true}, o.voxel_grid.leaf_size_m);
   visit(OptionInfo{"leaf-point", "", "the point that stands for a leaf"}, o.voxel_grid.leaf_point);
   visit(OptionInfo{"threshold", "m", "largest distance of an inlier to its plane", 0, kInf, true, true}, o.ransac.threshold_m);
-  visit(OptionInfo{"probability", "", "confidence of having drawn a sample of inliers only", 0, 1, true, true}, o.ransac.probability);
+  visit(OptionInfo{"probability", "", "confidence of having drawn a sample of inliers only", 0, 1, true, true},
+        o.ransac.probability);
   visit(OptionInfo{"max-iterations", "hypotheses", "cap on the hypotheses per plane", 1, kIntMax}, o.ransac.max_iterations);
   visit(OptionInfo{"pretest-points", "points", "d of the T(d,d) pre-test, 0 for none", 0, 100}, o.ransac.pretest_points);
   visit(OptionInfo{"scoring", "", "compare hypotheses by inlier count or truncated squared distance"}, o.ransac.scoring);

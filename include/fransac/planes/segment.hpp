@@ -19,12 +19,13 @@
 namespace fransac {
 
 struct PlaneSegment {
-  int id = 0;                  ///< Its label, from 1.
-  Plane plane;                 ///< In the input's coordinates (depth images: the camera's optical frame), metres.
-  std::uint64_t inliers = 0;   ///< Pixels or points with this label.
-  std::uint64_t support = 0;   ///< Sampled points (leaves, for the voxel methods) within the threshold when it was found.
-  double rms_m = 0.0;          ///< Root mean square distance of the labelled points to the plane, metres.
-  double area_m2 = 0.0;        ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a grid on the plane.
+  int id = 0;                 ///< Its label, from 1.
+  Plane plane;                ///< In the input's coordinates (depth images: the camera's optical frame), metres.
+  std::uint64_t inliers = 0;  ///< Pixels or points with this label.
+  std::uint64_t support = 0;  ///< Sampled points (leaves, for the voxel methods) within the threshold when it was found.
+  double rms_m = 0.0;         ///< Root mean square distance of the labelled points to the plane, metres.
+  double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a
+                         ///< grid on the plane.
 };
 
 /// The stages of a segmentation, in the order of the paper's figure 2.
@@ -47,11 +48,11 @@ struct Segmentation {
   std::vector<std::uint8_t> labels;  ///< One per pixel or point, row by row; see core/labels.hpp.
   std::vector<PlaneSegment> planes;  ///< Most support first; planes[i].id == i + 1.
 
-  std::uint64_t valid_points = 0;    ///< Measured pixels or points of the input.
-  std::uint64_t sampled_points = 0;  ///< Points that were sampled: after pass-through and voxel grid.
-  std::uint64_t iterations = 0;      ///< Hypotheses, over all planes.
-  std::uint64_t rejected = 0;        ///< Of them rejected by the pre-test.
-  std::uint64_t degenerate = 0;      ///< Degenerate samples thrown away.
+  std::uint64_t valid_points = 0;                       ///< Measured pixels or points of the input.
+  std::uint64_t sampled_points = 0;                     ///< Points that were sampled: after pass-through and voxel grid.
+  std::uint64_t iterations = 0;                         ///< Hypotheses, over all planes.
+  std::uint64_t rejected = 0;                           ///< Of them rejected by the pre-test.
+  std::uint64_t degenerate = 0;                         ///< Degenerate samples thrown away.
   StopReason stop_reason = StopReason::max_iterations;  ///< Of the first plane's search.
   Timing timing;
 };

@@ -38,29 +38,29 @@ concept SamplingProblem = requires(const P& problem, const std::array<std::uint3
   /// Whether datum i is an inlier (eq. 1); asked by the pre-test.
   { problem.is_inlier(model, i) } -> std::same_as<bool>;
   /// Scores every model. A model that cannot reach more than `to_beat.value` may be given any smaller score: bail-out.
-  { problem.score(models, to_beat, scores) };
+  {problem.score(models, to_beat, scores)};
   /// A model fitted to the inliers of `model`, or nothing when they do not determine one.
   { problem.refine(model) } -> std::same_as<std::optional<typename P::Model>>;
 };
 
 struct RansacOptions {
-  double probability = 0.99;             ///< p of eq. (2). Zeineldin & El-Fishawy, section 4.
-  std::uint32_t max_iterations = 1000;   ///< The cap I, the paper's second stop.
-  int pretest_points = 0;                ///< d of T(d,d); 0 is standard RANSAC.
-  bool local_optimisation = true;        ///< Refit every new best model to its inliers while that raises its score (LO-RANSAC).
+  double probability = 0.99;            ///< p of eq. (2). Zeineldin & El-Fishawy, section 4.
+  std::uint32_t max_iterations = 1000;  ///< The cap I, the paper's second stop.
+  int pretest_points = 0;               ///< d of T(d,d); 0 is standard RANSAC.
+  bool local_optimisation = true;       ///< Refit every new best model to its inliers while that raises its score (LO-RANSAC).
   std::uint64_t seed = 0;
-  std::uint32_t round = 0;               ///< Tells several searches with one seed apart: hypothesis i draws from stream (round << 32) + i.
-  int threads = 1;                       ///< 0: all cores. Never changes the answer.
+  std::uint32_t round = 0;  ///< Tells several searches with one seed apart: hypothesis i draws from stream (round << 32) + i.
+  int threads = 1;          ///< 0: all cores. Never changes the answer.
 };
 
 /// Evidence of a run.
 template <class Model>
 struct RansacResult {
-  std::optional<Model> model;        ///< Nothing only when every sample was degenerate or no model had support.
+  std::optional<Model> model;  ///< Nothing only when every sample was degenerate or no model had support.
   Score score;
-  std::uint64_t iterations = 0;      ///< Hypotheses drawn, pre-tested ones included.
-  std::uint64_t rejected = 0;        ///< Hypotheses that failed the pre-test.
-  std::uint64_t degenerate = 0;      ///< Samples thrown away and drawn again.
+  std::uint64_t iterations = 0;  ///< Hypotheses drawn, pre-tested ones included.
+  std::uint64_t rejected = 0;    ///< Hypotheses that failed the pre-test.
+  std::uint64_t degenerate = 0;  ///< Samples thrown away and drawn again.
   StopReason stop_reason = StopReason::max_iterations;
 };
 
@@ -157,7 +157,8 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
     batch = std::min(2 * batch, kMaxBatch * static_cast<std::uint64_t>(resolve_threads(options.threads)));
 
     work.hypotheses.resize(count);
-    parallel_for(options.threads, count, [&](std::size_t i) { work.hypotheses[i] = detail::draw_hypothesis(problem, options, first + i); });
+    parallel_for(options.threads, count,
+                 [&](std::size_t i) { work.hypotheses[i] = detail::draw_hypothesis(problem, options, first + i); });
     work.models.clear();
     for (const auto& hypothesis : work.hypotheses) {
       if (hypothesis.passed) work.models.push_back(*hypothesis.model);
@@ -190,9 +191,8 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
       best.score = work.scores[s];
       if (options.local_optimisation) optimise_locally(problem, best);
       const double inlier_ratio = static_cast<double>(best.score.inliers) / static_cast<double>(n);
-      needed = std::min<std::uint64_t>(
-          options.max_iterations,
-          required_iterations(options.probability, inlier_ratio, Problem::kSampleSize, options.pretest_points));
+      needed = std::min<std::uint64_t>(options.max_iterations, required_iterations(options.probability, inlier_ratio,
+                                                                                   Problem::kSampleSize, options.pretest_points));
       best.stop_reason = needed < options.max_iterations ? StopReason::confidence : StopReason::max_iterations;
     }
   }
