@@ -151,7 +151,7 @@ Status read_fields(const Entries& entries, Header& header, const std::string& na
     }
     if (counts->has_value()) field.count = (**counts)[i];
     if (field.count == 0) return format_error(name, "field " + quoted(field.name) + ": COUNT is 0");
-    if (const auto status = check_type(field, name); !status) return status;
+    if (auto status = check_type(field, name); !status) return status;
     field.offset = header.point_bytes;
     field.column = header.columns;
     header.point_bytes += field.size * field.count;

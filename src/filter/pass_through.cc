@@ -59,7 +59,10 @@ void pass_through(const AxisLimits& limits, PointCloud& cloud) {
   const auto axis = static_cast<Eigen::Index>(limits.axis);
   const LocalLimits local(limits, cloud.origin[axis]);
   const float* const coordinate = axis == 0 ? cloud.x() : axis == 1 ? cloud.y() : cloud.z();
-  compact(cloud, [=, finite = FiniteTest(cloud)](std::size_t i) { return local.keeps(coordinate[i]) & finite(i); });
+  compact(cloud, [=, finite = FiniteTest(cloud)](std::size_t i) {
+    // No short circuit: the branch would cost more than the second test.
+    return (static_cast<int>(local.keeps(coordinate[i])) & static_cast<int>(finite(i))) != 0;
+  });
 }
 
 void remove_unmeasured(PointCloud& cloud) {

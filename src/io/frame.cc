@@ -27,7 +27,7 @@ Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>&
                                          (files.depth.parent_path() / "camera.json").string() +
                                          " and no other camera file was given"};
   }
-  const Result<Camera> camera = source ? read_camera_json(*source) : *files.camera;
+  Result<Camera> camera = source ? read_camera_json(*source) : *files.camera;
   if (camera && (camera->width != depth.width || camera->height != depth.height)) {
     return format_error(source.value_or(files.depth), "the camera is for " + size_text(camera->width, camera->height) +
                                                           " pixels, but " + files.depth.string() + " has " +

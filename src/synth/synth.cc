@@ -24,7 +24,7 @@ Status check(const SynthOptions& options) {
     for (const std::string_view name : scene_names()) known.append(known.empty() ? "" : ", ").append(name);
     return error("unknown scene \"" + options.scene + "\"; known scenes: " + known);
   }
-  if (const Status status = validate(options.camera); !status) return status;
+  if (Status status = validate(options.camera); !status) return status;
   if (index(options.camera.width) * index(options.camera.height) > kMaxPixels) {
     return error("camera: rendered frames have at most " + std::to_string(kMaxPixels) + " pixels");
   }
