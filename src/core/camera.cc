@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fransac/core/camera.hpp"
 
-#include <cmath>
 #include <string>
 
 namespace fransac {
@@ -11,7 +10,7 @@ Error field_error(const char* field, const char* rule) {
   return {ErrorCode::invalid_argument, std::string("camera field \"") + field + "\" " + rule};
 }
 
-bool positive(double value) { return std::isfinite(value) && value > 0.0; }
+bool within(double value, double min, double max) { return value >= min && value <= max; }  // false for NaN
 
 }  // namespace
 
@@ -19,11 +18,15 @@ Status validate(const Camera& camera) {
   const char* const size_rule = "must be between 1 and 32768 pixels";
   if (camera.width < 1 || camera.width > kMaxImageSide) return field_error("width", size_rule);
   if (camera.height < 1 || camera.height > kMaxImageSide) return field_error("height", size_rule);
-  if (!positive(camera.fx)) return field_error("fx", "must be a positive number of pixels");
-  if (!positive(camera.fy)) return field_error("fy", "must be a positive number of pixels");
-  if (!std::isfinite(camera.cx)) return field_error("cx", "must be a finite number of pixels");
-  if (!std::isfinite(camera.cy)) return field_error("cy", "must be a finite number of pixels");
-  if (!positive(camera.depth_scale)) return field_error("depth_scale", "must be a positive number of units per metre");
+  const char* const focal_rule = "must be between 0.1 and 1e6 pixels";
+  if (!within(camera.fx, 0.1, 1e6)) return field_error("fx", focal_rule);
+  if (!within(camera.fy, 0.1, 1e6)) return field_error("fy", focal_rule);
+  const char* const centre_rule = "must be between -1e6 and 1e6 pixels";
+  if (!within(camera.cx, -1e6, 1e6)) return field_error("cx", centre_rule);
+  if (!within(camera.cy, -1e6, 1e6)) return field_error("cy", centre_rule);
+  if (!within(camera.depth_scale, 1.0, 1e6)) {
+    return field_error("depth_scale", "must be between 1 and 1e6 units per metre (metres = value / depth_scale)");
+  }
   return {};
 }
 

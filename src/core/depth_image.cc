@@ -33,7 +33,7 @@ DepthView DepthView::from_float(const float* data, int width, int height, std::p
 float DepthView::metres(int u, int v) const {
   if (format_ == DepthFormat::uint16) return static_cast<float>(row_uint16(v)[u]) * metres_per_unit_;
   const float z = row_float(v)[u];
-  return std::isfinite(z) && z > 0.0F ? z : 0.0F;
+  return z > 0.0F && z <= kMaxDepth_m ? z : 0.0F;  // false for NaN
 }
 
 Status validate(const DepthView& depth) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fransac/filter/deproject.hpp"
 
-#include <limits>
-
 namespace fransac {
 namespace {
 
@@ -43,7 +41,7 @@ void deproject(const DepthView& depth, const Camera& camera, PointCloud& cloud) 
       k = deproject_row([=](int u) { return static_cast<float>(row[u]) * metres_per_unit; }, v, camera, k, cloud);
     } else {
       const float* const row = depth.row_float(v);
-      const auto measured = [](float z) { return z > 0.0F && z <= std::numeric_limits<float>::max(); };
+      const auto measured = [](float z) { return z > 0.0F && z <= kMaxDepth_m; };
       k = deproject_row([=](int u) { return measured(row[u]) ? row[u] : 0.0F; }, v, camera, k, cloud);
     }
   }

@@ -365,12 +365,13 @@ TEST(Camera, ValidationNamesTheField) {
     expect_error("width", [&](Camera& c) { c.width = side; });
     expect_error("height", [&](Camera& c) { c.height = side; });
   }
-  for (const double length : {0.0, -500.0, kNaN, kInf}) {
+  for (const double length : {0.0, -500.0, 1e-300, 1e7, kNaN, kInf}) {
     expect_error("fx", [&](Camera& c) { c.fx = length; });
     expect_error("fy", [&](Camera& c) { c.fy = length; });
     expect_error("depth_scale", [&](Camera& c) { c.depth_scale = length; });
   }
-  for (const double point : {kNaN, kInf, -kInf}) {
+  expect_error("depth_scale", [&](Camera& c) { c.depth_scale = 0.001; });  // metres per unit instead of units per metre
+  for (const double point : {kNaN, kInf, -kInf, 1e300}) {
     expect_error("cx", [&](Camera& c) { c.cx = point; });
     expect_error("cy", [&](Camera& c) { c.cy = point; });
   }

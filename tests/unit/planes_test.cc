@@ -667,7 +667,8 @@ void expect_sane(const Result<Segmentation>& result) {
     EXPECT_NEAR(plane.plane.normal.norm(), 1.0, 1e-9);
     EXPECT_TRUE(std::isfinite(plane.plane.d));
     EXPECT_TRUE(std::isfinite(plane.rms_m));
-    EXPECT_GE(plane.area_m2, 0.0);  // infinite where it is beyond a number, as for pixels of 1e300 m, but never NaN
+    EXPECT_GE(plane.area_m2, 0.0);
+    EXPECT_TRUE(std::isfinite(plane.area_m2));
     EXPECT_EQ(plane.inliers, count(*result, plane.id));
   }
 }

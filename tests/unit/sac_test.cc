@@ -153,10 +153,7 @@ RansacResult<typename Problem::Model> plain_ransac(const Problem& problem, const
       model = problem.generate(draw_sample<Problem::kSampleSize>(random, problem.num_data()));
       if (!model) ++best.degenerate;
     }
-    if (!model) {
-      best.stop_reason = StopReason::degenerate;
-      return best;
-    }
+    if (!model) continue;
     bool passed = true;
     for (int d = 0; d < options.pretest_points && passed; ++d)
       passed = problem.is_inlier(*model, random.below(problem.num_data()));
@@ -268,12 +265,21 @@ TEST(Ransac, StopsAtTheCap) {
 TEST(Ransac, GivesUpWhereEverySampleIsDegenerate) {
   const Location problem{std::vector<double>(50, 3.0)};
   for (const int threads : {1, 5}) {
-    const auto result = run(problem, {.threads = threads});
+    const auto result = run(problem, {.max_iterations = 20, .threads = threads});
     EXPECT_FALSE(result.model);
     EXPECT_EQ(result.stop_reason, StopReason::degenerate);
-    EXPECT_EQ(result.iterations, 1U);
-    EXPECT_EQ(result.degenerate, 100U);
+    EXPECT_EQ(result.iterations, 20U);
+    EXPECT_EQ(result.degenerate, 2000U);
   }
+}
+
+TEST(Ransac, ARareGoodSampleIsStillFound) {
+  // One datum in 200 differs: one sample in a hundred is not degenerate, so a third of the hypotheses find none.
+  Location problem{std::vector<double>(200, 3.0)};
+  problem.data[17] = 5.0;
+  const auto result = run(problem, {.max_iterations = 50});
+  EXPECT_TRUE(result.model);
+  EXPECT_NE(result.stop_reason, StopReason::degenerate);
 }
 
 TEST(Ransac, TooFewDataAreDegenerate) {

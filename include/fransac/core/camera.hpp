@@ -24,7 +24,8 @@ struct Camera {
 /// Largest image side that the library accepts, pixels.
 inline constexpr int kMaxImageSide = 1 << 15;
 
-/// Checks that sizes are 1..kMaxImageSide, focal lengths and scale finite and positive, principal point finite.
+/// Checks that sizes are 1..kMaxImageSide, focal lengths 0.1 to 1e6 pixels, the principal point within 1e6 pixels of the
+/// image's corner, and the scale 1 to 1e6 units per metre: beyond that a file has other units, or numbers of another meaning.
 /// The message names the field.
 Status validate(const Camera& camera);
 

@@ -11,8 +11,11 @@ namespace fransac {
 
 enum class DepthFormat {
   uint16,   ///< Raw units; metres = value / depth_scale; 0 is no measurement.
-  float32,  ///< Metres; 0, negative, NaN and infinite values are no measurement.
+  float32,  ///< Metres; 0, negative, NaN and values above kMaxDepth_m are no measurement.
 };
+
+/// No depth camera sees farther, metres; larger values in float images (infinity among them) are no measurement.
+inline constexpr float kMaxDepth_m = 1e5F;
 
 /// A read-only view of a depth image (z along the optical axis, not range). It owns nothing.
 class DepthView {

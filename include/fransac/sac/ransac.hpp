@@ -78,7 +78,7 @@ std::array<std::uint32_t, K> draw_sample(RandomStream& random, std::uint32_t n) 
 
 namespace detail {
 
-/// Samples tried per hypothesis before the data count as degenerate.
+/// Samples tried per hypothesis before it is left without a model.
 inline constexpr int kMaxSampleAttempts = 100;
 
 template <class Model>
@@ -142,6 +142,7 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
   constexpr std::uint64_t kFirstBatch = 4;  // most frames with a clear plane need no more
   constexpr std::uint64_t kMaxBatch = 32;
   constexpr std::size_t kModelsPerTask = 8;
+  constexpr int kMostThreads = 64;  // that batches grow with
   RansacResult<typename Problem::Model> best;
   const auto n = static_cast<std::uint64_t>(problem.num_data());
   if (n < static_cast<std::uint64_t>(Problem::kSampleSize)) {
@@ -149,12 +150,14 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
     return best;
   }
 
+  const auto threads = static_cast<std::uint64_t>(std::min(resolve_threads(options.threads), kMostThreads));
+  bool any_model = false;
   std::uint64_t needed = options.max_iterations;
-  std::uint64_t batch = kFirstBatch * static_cast<std::uint64_t>(resolve_threads(options.threads));
+  std::uint64_t batch = kFirstBatch * threads;
   while (best.iterations < needed) {
     const std::uint64_t first = best.iterations;
     const std::uint64_t count = std::min(batch, needed - first);
-    batch = std::min(2 * batch, kMaxBatch * static_cast<std::uint64_t>(resolve_threads(options.threads)));
+    batch = std::min(2 * batch, kMaxBatch * threads);
 
     work.hypotheses.resize(count);
     parallel_for(options.threads, count,
@@ -177,10 +180,8 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
       const auto& hypothesis = work.hypotheses[i];
       ++best.iterations;
       best.degenerate += hypothesis.degenerate;
-      if (!hypothesis.model) {
-        best.stop_reason = StopReason::degenerate;
-        return best;
-      }
+      if (!hypothesis.model) continue;
+      any_model = true;
       if (!hypothesis.passed) {
         ++best.rejected;
         continue;
@@ -196,6 +197,7 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
       best.stop_reason = needed < options.max_iterations ? StopReason::confidence : StopReason::max_iterations;
     }
   }
+  if (!any_model) best.stop_reason = StopReason::degenerate;
   return best;
 }
 
