@@ -5,7 +5,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <new>
 #include <string>
 
 #include "kernels/points.h"
@@ -32,6 +34,12 @@ struct Lattice {
   }
 };
 
+std::string leaf_size_text(double leaf_size_m) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "leaf-size: %g", leaf_size_m);
+  return text.data();
+}
+
 Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
   constexpr int kMaxBitsPerAxis = 31;
   constexpr int kMaxBits = 63;  // every shift then stays below the width of a key
@@ -53,7 +61,7 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
     lattice.key.shift[axis] = bits;
     bits += axis_bits;
     if (axis_bits > kMaxBitsPerAxis || bits > kMaxBits) {
-      return Error{ErrorCode::invalid_argument, "leaf-size: " + std::to_string(leaf_size_m) +
+      return Error{ErrorCode::invalid_argument, leaf_size_text(leaf_size_m) +
                                                     " m divides the cloud into more leaves than 63-bit keys can tell apart"
                                                     " (2^31 along an axis); take a larger one"};
     }
@@ -149,7 +157,7 @@ void accumulate(const PointCloud& cloud, const Lattice& lattice, VoxelGrid& grid
 
 }  // namespace
 
-Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid) {
+Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid) try {
   if (!(leaf_size_m > 0.0) || !std::isfinite(leaf_size_m)) {
     return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
   }
@@ -177,6 +185,8 @@ Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_po
     grid.leaves.set(leaf, point.cast<float>());
   }
   return {};
+} catch (const std::bad_alloc&) {
+  return Error{ErrorCode::out_of_memory, "not enough memory for the voxel grid of " + std::to_string(cloud.size()) + " points"};
 }
 
 }  // namespace fransac

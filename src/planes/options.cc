@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fransac/planes/options.hpp"
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <string>
 #include <type_traits>
 
@@ -9,10 +11,9 @@ namespace fransac {
 namespace {
 
 std::string number(double value) {
-  std::string text = std::to_string(value);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
 }
 
 /// "between 0 and 1 (exclusive)", "above 0 m", …

@@ -47,12 +47,36 @@ class Stopwatch {
   Clock::time_point last_ = Clock::now();
 };
 
+Status check(const DepthView& depth, const Camera& camera) {
+  if (Status status = validate(depth); !status) return status;
+  if (Status status = validate(camera); !status) return status;
+  if (camera.width == depth.width() && camera.height == depth.height()) return {};
+  const auto size = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
+  return Error{ErrorCode::invalid_argument, "camera is for " + size(camera.width, camera.height) +
+                                                " pixels, the depth image has " + size(depth.width(), depth.height())};
+}
+
+Status check(const PointCloud& cloud) {
+  if (cloud.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+    return Error{ErrorCode::unsupported,
+                 "point cloud: " + std::to_string(cloud.size()) + " points; at most 2^31 - 1 are supported"};
+  }
+  const std::size_t organised_size =
+      static_cast<std::size_t>(std::max(cloud.width, 0)) * static_cast<std::size_t>(std::max(cloud.height, 0));
+  if (cloud.organised() && organised_size != cloud.size()) {
+    return Error{ErrorCode::invalid_argument, "point cloud: width x height is not its number of points"};
+  }
+  if (!cloud.origin.allFinite()) return Error{ErrorCode::invalid_argument, "point cloud: origin must be finite"};
+  return {};
+}
+
 /// What the pipeline needs of an input: its points, and labels in its own layout.
 struct DepthSource {
   const DepthView& depth;
   const Camera& camera;
   static constexpr bool kAxesAreKnown = true;
 
+  [[nodiscard]] Status check() const { return fransac::check(depth, camera); }
   [[nodiscard]] int width() const { return depth.width(); }
   [[nodiscard]] int height() const { return depth.height(); }
   void points(PointCloud& out) const { deproject(depth, camera, out); }
@@ -66,6 +90,7 @@ struct CloudSource {
   const PointCloud& cloud;
   static constexpr bool kAxesAreKnown = false;
 
+  [[nodiscard]] Status check() const { return fransac::check(cloud); }
   [[nodiscard]] int width() const { return cloud.organised() ? cloud.width : static_cast<int>(cloud.size()); }
   [[nodiscard]] int height() const { return cloud.organised() ? cloud.height : 1; }
   void points(PointCloud& out) const {
@@ -130,6 +155,8 @@ Status peel_planes(const PointCloud& sampled, const SegmentOptions& options, con
     PlaneSegment& segment = result.planes.emplace_back();
     segment.plane = translated(plane, -cloud->origin);
     segment.support = found.score.inliers;
+    segment.iterations = found.iterations;
+    segment.stop_reason = found.stop_reason;
     if (static_cast<int>(result.planes.size()) == max_planes) break;
     if (cloud == &sampled) work.remaining = sampled;
     cloud = &work.remaining;
@@ -213,29 +240,22 @@ void reset(Segmentation& s, Method method, int width, int height) {
 }
 
 template <class Source>
-Status segment_source(const Source& source, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation) {
-  try {
-    if (Status status = validate(options); !status) return status;
-    reset(segmentation, options.method, source.width(), source.height());
-    return run_pipeline(source, options, workspace.impl(), segmentation);
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::out_of_memory,
-                 "not enough memory for " + std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"};
-  }
+Status segment_checked(const Source& source, const SegmentOptions& options, Workspace& workspace,
+                       Segmentation& segmentation) try {
+  if (Status status = validate(options); !status) return status;
+  if (Status status = source.check(); !status) return status;
+  reset(segmentation, options.method, source.width(), source.height());
+  return run_pipeline(source, options, workspace.impl(), segmentation);
+} catch (const std::bad_alloc&) {
+  return Error{ErrorCode::out_of_memory,
+               "not enough memory for " + std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"};
 }
 
-Status check(const PointCloud& cloud) {
-  if (cloud.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    return Error{ErrorCode::unsupported,
-                 "point cloud: " + std::to_string(cloud.size()) + " points; at most 2^31 - 1 are supported"};
-  }
-  const std::size_t organised_size =
-      static_cast<std::size_t>(std::max(cloud.width, 0)) * static_cast<std::size_t>(std::max(cloud.height, 0));
-  if (cloud.organised() && organised_size != cloud.size()) {
-    return Error{ErrorCode::invalid_argument, "point cloud: width x height is not its number of points"};
-  }
-  if (!cloud.origin.allFinite()) return Error{ErrorCode::invalid_argument, "point cloud: origin must be finite"};
-  return {};
+template <class Source>
+Status segment_source(const Source& source, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation) {
+  Status status = segment_checked(source, options, workspace, segmentation);
+  if (!status) reset(segmentation, options.method, 0, 0);  // no planes of a frame before, no half of this one
+  return status;
 }
 
 template <class... Input>
@@ -250,18 +270,10 @@ Result<Segmentation> segment_once(const SegmentOptions& options, const Input&...
 
 Status segment(const DepthView& depth, const Camera& camera, const SegmentOptions& options, Workspace& workspace,
                Segmentation& segmentation) {
-  if (Status status = validate(depth); !status) return status;
-  if (Status status = validate(camera); !status) return status;
-  if (camera.width != depth.width() || camera.height != depth.height()) {
-    const auto size = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
-    return Error{ErrorCode::invalid_argument, "camera is for " + size(camera.width, camera.height) +
-                                                  " pixels, the depth image has " + size(depth.width(), depth.height())};
-  }
   return segment_source(DepthSource{depth, camera}, options, workspace, segmentation);
 }
 
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation) {
-  if (Status status = check(cloud); !status) return status;
   return segment_source(CloudSource{cloud}, options, workspace, segmentation);
 }
 

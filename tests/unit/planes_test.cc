@@ -641,6 +641,24 @@ TEST(SegmentErrors, CameraAndViewAreChecked) {
   EXPECT_THAT(result.error().message, HasSubstr("null"));
 }
 
+TEST(SegmentErrors, AnErrorLeavesNoPlanesOfTheFrameBefore) {
+  const std::vector<float> wall(80 * 60, 2.0F);
+  const std::vector<float> nothing(80 * 60, 0.0F);
+  const Camera camera{80, 60, 60.0, 60.0, 39.5, 29.5};
+  Workspace workspace;
+  Segmentation result;
+  ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, {}, workspace, result));
+  ASSERT_EQ(result.planes.size(), 1U);
+  EXPECT_GT(result.planes[0].iterations, 0U);
+  EXPECT_EQ(result.planes[0].stop_reason, StopReason::confidence);
+  for (const auto& [data, width] : {std::pair{nothing.data(), 80}, std::pair{wall.data(), 79}}) {
+    ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, {}, workspace, result));
+    EXPECT_FALSE(segment(DepthView::from_float(data, width, 60), camera, {}, workspace, result));
+    EXPECT_TRUE(result.planes.empty());
+    EXPECT_TRUE(result.labels.empty());
+  }
+}
+
 TEST(SegmentErrors, MalformedClouds) {
   PointCloud cloud;
   EXPECT_EQ(segment(cloud).error().code, ErrorCode::no_data);

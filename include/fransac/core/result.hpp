@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Errors as values: the library never prints, throws across its boundary, aborts or exits.
+/// Errors as values: the library never prints, aborts or exits. Functions that return a Result or a Status do not throw; the
+/// others can throw std::bad_alloc and nothing else.
 #pragma once
 
+#include <cassert>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -29,7 +31,7 @@ struct Error {
   std::string message;
 };
 
-/// Either a value or an Error. Reading the wrong one is a programming error (checked by assertion through std::get's contract).
+/// Either a value or an Error. Reading the wrong one is a programming error; a debug build asserts.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -39,15 +41,27 @@ class [[nodiscard]] Result {
   [[nodiscard]] bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
 
-  [[nodiscard]] const T& value() const& { return *std::get_if<0>(&state_); }
-  [[nodiscard]] T& value() & { return *std::get_if<0>(&state_); }
-  [[nodiscard]] T&& value() && { return std::move(*std::get_if<0>(&state_)); }
+  [[nodiscard]] const T& value() const& {
+    assert(ok());
+    return *std::get_if<0>(&state_);
+  }
+  [[nodiscard]] T& value() & {
+    assert(ok());
+    return *std::get_if<0>(&state_);
+  }
+  [[nodiscard]] T&& value() && {
+    assert(ok());
+    return std::move(*std::get_if<0>(&state_));
+  }
   const T& operator*() const& { return value(); }
   T& operator*() & { return value(); }
   const T* operator->() const { return &value(); }
   T* operator->() { return &value(); }
 
-  [[nodiscard]] const Error& error() const { return *std::get_if<1>(&state_); }
+  [[nodiscard]] const Error& error() const {
+    assert(!ok());
+    return *std::get_if<1>(&state_);
+  }
 
  private:
   std::variant<T, Error> state_;

@@ -37,7 +37,7 @@ struct LocalLimits {
 };
 
 /// Removes, in place and in order, the points that the limits do not keep, and those that are not finite.
-/// `cloud.source` is set when anything was removed; the cloud is no longer organised.
+/// `cloud.source` then names the input's points; the cloud is no longer organised.
 void pass_through(const AxisLimits& limits, PointCloud& cloud);
 
 /// Removes the points that are no measurements (PointCloud::measured); `cloud.source` then names the input's points.

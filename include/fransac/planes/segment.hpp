@@ -19,11 +19,13 @@
 namespace fransac {
 
 struct PlaneSegment {
-  int id = 0;                 ///< Its label, from 1.
-  Plane plane;                ///< In the input's coordinates (depth images: the camera's optical frame), metres.
-  std::uint64_t inliers = 0;  ///< Pixels or points with this label.
-  std::uint64_t support = 0;  ///< Sampled points (leaves, for the voxel methods) within the threshold when it was found.
-  double rms_m = 0.0;         ///< Root mean square distance of the labelled points to the plane, metres.
+  int id = 0;                    ///< Its label, from 1.
+  Plane plane;                   ///< In the input's coordinates (depth images: the camera's optical frame), metres.
+  std::uint64_t inliers = 0;     ///< Pixels or points with this label.
+  std::uint64_t support = 0;     ///< Sampled points (leaves, for the voxel methods) within the threshold when it was found.
+  std::uint64_t iterations = 0;  ///< Hypotheses of the search that found it.
+  StopReason stop_reason = StopReason::max_iterations;  ///< Why that search ended.
+  double rms_m = 0.0;    ///< Root mean square distance of the labelled points to the plane, metres.
   double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a
                          ///< grid on the plane.
 };
@@ -57,7 +59,7 @@ struct Segmentation {
   Timing timing;
 };
 
-/// Buffers kept from one call to the next, so that a stream of frames does not allocate. Not for concurrent use.
+/// Buffers kept from one call to the next, so that a stream of depth frames need not allocate them anew. Not for concurrent use.
 class Workspace {
  public:
   Workspace();
@@ -72,12 +74,12 @@ class Workspace {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Finds planes in a depth image. `camera` must have the image's size; its depth_scale is not read (the view has its own).
+/// Finds planes in a depth image. `camera` must have the image's size; the view's depth scale counts, not the camera's.
 /// Errors: invalid_argument (options, camera, view), no_data (fewer than three measured pixels, or none within the
 /// pass-through limits, or all points collinear), out_of_memory. A frame in which no plane has `min_support` is no
 /// error: `planes` is empty.
 Result<Segmentation> segment(const DepthView& depth, const Camera& camera, const SegmentOptions& options = {});
-/// The same, reusing the memory of `workspace` and `segmentation`.
+/// The same, reusing the memory of `workspace` and `segmentation`; after an error `segmentation` holds no planes.
 Status segment(const DepthView& depth, const Camera& camera, const SegmentOptions& options, Workspace& workspace,
                Segmentation& segmentation);
 

@@ -2,6 +2,7 @@
 /// Plane fitting as a problem for the sampling loop.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -27,7 +28,7 @@ class PlaneProblem {
 
   /// `cloud` (all points finite, at most 2^32 - 1 of them) must outlive the problem. `threshold_m` is t.
   PlaneProblem(const PointCloud& cloud, double threshold_m, Scoring scoring)
-      : cloud_(&cloud), threshold_(static_cast<float>(threshold_m)), scoring_(scoring) {}
+      : cloud_(&cloud), threshold_(std::max(static_cast<float>(threshold_m), kMinThreshold)), scoring_(scoring) {}
 
   [[nodiscard]] std::uint32_t num_data() const { return static_cast<std::uint32_t>(cloud_->size()); }
   [[nodiscard]] std::optional<Plane> generate(const std::array<std::uint32_t, 3>& sample) const;
@@ -37,6 +38,8 @@ class PlaneProblem {
   [[nodiscard]] std::optional<Plane> refine(const Plane& plane) const;
 
  private:
+  static constexpr float kMinThreshold = 1e-20F;  // its inverse, times any residual, is still a float
+
   const PointCloud* cloud_;
   float threshold_;
   Scoring scoring_;

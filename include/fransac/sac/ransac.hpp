@@ -187,7 +187,7 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
         continue;
       }
       const std::size_t s = scored++;
-      if (work.scores[s].value <= best.score.value) continue;
+      if (!(work.scores[s].value > best.score.value)) continue;
       best.model = work.models[s];
       best.score = work.scores[s];
       if (options.local_optimisation) optimise_locally(problem, best);
