@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -18,6 +19,7 @@
 #include "commands.hpp"
 #include "errors.hpp"
 #include "fransac/filter/deproject.hpp"
+#include "fransac/io/file.hpp"
 #include "fransac/io/overlay.hpp"
 #include "fransac/version.hpp"
 #include "inputs.hpp"
@@ -151,17 +153,16 @@ std::vector<float> distances(const PointCloud& cloud) {
   return metres;
 }
 
-void write_overlay(const fs::path& file, const Input& input, std::size_t i, const Content& content,
-                   const Segmentation& segmentation) {
+io::ColourImage overlay_of(const Input& input, std::size_t i, const Content& content, const Segmentation& segmentation) {
   if (const auto* cloud = std::get_if<PointCloud>(&content)) {
     const std::vector<float> metres = distances(*cloud);
     const DepthView view = DepthView::from_float(metres.data(), cloud->width, cloud->height);
-    return check(io::write_png(file, io::overlay(view, segmentation.labels, nullptr)));
+    return io::overlay(view, segmentation.labels, nullptr);
   }
   std::optional<io::ColourImage> colour;
   if (input.frames[i].colour) colour = unwrap(io::read_colour_image(*input.frames[i].colour));
   const DepthView view = std::get<io::Frame>(content).view();
-  check(io::write_png(file, io::overlay(view, segmentation.labels, colour ? &*colour : nullptr)));
+  return io::overlay(view, segmentation.labels, colour ? &*colour : nullptr);
 }
 
 void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const Content& content,
@@ -283,25 +284,42 @@ void add_planes(Table& table, const Input& input, std::size_t i, const Segmentat
   }
 }
 
-void write_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
-                   const Segmentation& segmentation) {
+/// Files of a frame in memory, as far as they were asked for; the cloud's writer needs none.
+struct EncodedOutputs {
+  std::vector<std::byte> labels;
+  std::vector<std::byte> overlay;
+  std::string json;
+};
+
+EncodedOutputs encode_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
+                              const Segmentation& segmentation) {
+  EncodedOutputs encoded;
   if (command.labels.asked()) {
     const io::LabelImage image{segmentation.width, segmentation.height, 1, segmentation.labels};
-    check(io::write_png(output_file(command.labels, input, i), image));
+    encoded.labels = unwrap(io::encode_png(image));
   }
-  if (command.overlay.asked()) write_overlay(output_file(command.overlay, input, i), input, i, content, segmentation);
-  if (command.cloud.asked()) write_cloud(output_file(command.cloud, input, i), content, segmentation);
+  if (command.overlay.asked()) encoded.overlay = unwrap(io::encode_png(overlay_of(input, i, content, segmentation)));
   if (command.json.asked()) {
     const bool line = command.json.to_stdout() && input.is_folder_of_frames();
-    const std::string text = to_text(to_json(command, input, i, segmentation), line ? -1 : 2);
-    write_text(command.json.to_stdout() ? "-" : output_file(command.json, input, i).string(), text);
+    encoded.json = to_text(to_json(command, input, i, segmentation), line ? -1 : 2);
   }
+  return encoded;
 }
 
-void make_output_folders(const SegmentCommand& command) {
+/// All of a frame's outputs or, when one fails, none that is new.
+void write_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
+                   const Segmentation& segmentation) {
+  const EncodedOutputs encoded = encode_outputs(command, input, i, content, segmentation);
+  Unfinished written;
   for (const Output* output : command.outputs()) {
-    if (output->asked() && !output->to_stdout()) make_folder(output->path);
+    if (input.is_folder_of_frames() && output->asked() && !output->to_stdout()) written.make_folder(output->path);
   }
+  const auto file = [&](const Output& output) { return written.add(output_file(output, input, i)); };
+  if (command.labels.asked()) check(io::write_file(file(command.labels), encoded.labels));
+  if (command.overlay.asked()) check(io::write_file(file(command.overlay), encoded.overlay));
+  if (command.cloud.asked()) write_cloud(file(command.cloud), content, segmentation);
+  if (command.json.asked()) write_text(command.json.to_stdout() ? "-" : file(command.json).string(), encoded.json);
+  written.finish();
 }
 
 void run_segment(const SegmentCommand& command) {
@@ -321,7 +339,6 @@ void run_segment(const SegmentCommand& command) {
     const Content content = load(input, i, command.camera);
     check_organised(command, content);
     segment(input.name_of(i), content, command.options, workspace, segmentation);
-    if (i == 0 && input.is_folder_of_frames()) make_output_folders(command);  // not before something is to be written
     write_outputs(command, input, i, content, segmentation);
     add_planes(table, input, i, segmentation);
     any_planes = any_planes || !segmentation.planes.empty();
