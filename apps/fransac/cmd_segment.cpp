@@ -322,19 +322,18 @@ void write_outputs(const SegmentCommand& command, const Input& input, std::size_
   written.finish();
 }
 
-void run_segment(const SegmentCommand& command) {
-  check_usage(command);
-  check_options(command.options);
-  const Input input = open_input(command.input, command.camera);
-  check_cloud_name(command, input);
-  check_outputs(command, input);
-
+/// What a run keeps from frame to frame.
+struct SegmentRun {
+  const SegmentCommand& command;
+  const Input& input;
   Table table = plane_table(input);
+  Progress progress = Progress(input.size());
+  Workspace workspace{};
+  Segmentation segmentation{};
   bool any_planes = false;
-  Progress progress(input.size());
-  Workspace workspace;
-  Segmentation segmentation;
-  for (std::size_t i = 0; i < input.size(); ++i) {
+  std::size_t failed = 0;
+
+  void frame(std::size_t i) {
     progress.step(input.name_of(i));
     const Content content = load(input, i, command.camera);
     check_organised(command, content);
@@ -342,13 +341,33 @@ void run_segment(const SegmentCommand& command) {
     write_outputs(command, input, i, content, segmentation);
     add_planes(table, input, i, segmentation);
     any_planes = any_planes || !segmentation.planes.empty();
-    if (segmentation.planes.empty()) {
-      progress.clear();
-      explain_no_planes(input.name_of(i), content, command.options, segmentation);
-    }
+    if (!segmentation.planes.empty()) return;
+    progress.clear();
+    explain_no_planes(input.name_of(i), content, command.options, segmentation);
   }
-  progress.clear();
-  if (!command.asks_for_output() && any_planes) write_stdout(table.text());
+
+  /// A bad frame among several does not stop the others; a standard output that is gone does.
+  void frame_of_many(std::size_t i) try { frame(i); } catch (const StdoutFailure&) {
+    throw;
+  } catch (const Failure& error) {
+    progress.clear();
+    log(error.what());
+    ++failed;
+  }
+};
+
+void run_segment(const SegmentCommand& command) {
+  check_usage(command);
+  check_options(command.options);
+  const Input input = open_input(command.input, command.camera);
+  check_cloud_name(command, input);
+  check_outputs(command, input);
+
+  SegmentRun run{command, input};
+  for (std::size_t i = 0; i < input.size(); ++i) input.is_folder_of_frames() ? run.frame_of_many(i) : run.frame(i);
+  run.progress.clear();
+  if (!command.asks_for_output() && run.any_planes) write_stdout(run.table.text());
+  if (run.failed > 0) throw Failure(fmt::format("{}: {} of {} frames failed", input.name, run.failed, input.size()));
 }
 
 }  // namespace
@@ -374,7 +393,9 @@ Command add_segment(CLI::App& parent) {
       "Without any output file a table of the planes is printed.\n"
       "For a folder of frames or a sequence, the outputs name folders (made when missing): one file per frame, named after it "
       "(clouds: .ply);\n"
-      "--json - then prints one document per line. A frame without a plane of the minimum support is no error: its list of "
+      "--json - then prints one document per line. A frame that fails is named on standard error, the others are done, and the "
+      "exit code is 1\n"
+      "at the end. A frame without a plane of the minimum support is no error: its list of "
       "planes is empty.");
   return {app, [command] { run_segment(*command); }};
 }

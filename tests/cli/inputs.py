@@ -184,7 +184,7 @@ def frame_with_cut_off_picture(folder, name):
 
 
 def dataset_with_broken_frame(folder, name):
-    dataset(folder, name)
+    dataset(folder, name, frames="3")
     write(folder / name / "frame1" / "depth.png", b"no picture")
 
 
