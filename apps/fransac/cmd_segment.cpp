@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -38,20 +39,24 @@ namespace fs = std::filesystem;
 /// A kind of output and what the user called it: a file, or a folder with one file per frame.
 struct Output {
   const char* option;
-  const char* extension;  ///< Of the files in a folder.
-  std::string path;       ///< Empty: not asked for.
+  const char* extension;                        ///< Of the files in a folder.
+  std::initializer_list<const char*> accepted;  ///< What a single file's name may end in; empty: anything.
+  std::string path;                             ///< Empty: not asked for.
 
   [[nodiscard]] bool asked() const { return !path.empty(); }
   [[nodiscard]] bool to_stdout() const { return path == "-"; }
 };
 
+constexpr auto kPicture = {".png"};
+constexpr auto kCloud = {".pcd", ".ply"};
+
 struct SegmentCommand {
   std::string input;
   CameraFile camera;
-  Output labels{"--labels", ".png", {}};
-  Output json{"--json", ".json", {}};
-  Output overlay{"--overlay", ".png", {}};
-  Output cloud{"--cloud", ".ply", {}};
+  Output labels{"--labels", ".png", kPicture, {}};
+  Output json{"--json", ".json", {}, {}};
+  Output overlay{"--overlay", ".png", kPicture, {}};
+  Output cloud{"--cloud", ".ply", kCloud, {}};
   SegmentOptions options;
 
   [[nodiscard]] std::array<const Output*, 4> outputs() const { return {&labels, &overlay, &cloud, &json}; }
@@ -62,7 +67,9 @@ struct SegmentCommand {
 };
 
 bool has_extension(const fs::path& path, std::initializer_list<const char*> extensions) {
-  return std::find(extensions.begin(), extensions.end(), path.extension()) != extensions.end();
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
 }
 
 fs::path output_file(const Output& output, const Input& input, std::size_t i) {
@@ -130,9 +137,15 @@ void check_usage(const SegmentCommand& command) {
 #endif
 }
 
-void check_cloud_name(const SegmentCommand& command, const Input& input) {
-  if (!command.cloud.asked() || input.is_folder_of_frames() || has_extension(command.cloud.path, {".pcd", ".ply"})) return;
-  throw UsageError(fmt::format("--cloud: '{}' must end in .pcd or .ply", command.cloud.path));
+/// A file's name says its format; devices and pipes have no such name, and a cloud's format is known by nothing else.
+void check_names(const SegmentCommand& command, const Input& input) {
+  if (input.is_folder_of_frames()) return;
+  for (const Output* output : command.outputs()) {
+    if (!output->asked() || output->accepted.size() == 0 || has_extension(output->path, output->accepted)) continue;
+    const bool special = fs::exists(output->path) && !fs::is_regular_file(output->path);
+    if (special && output != &command.cloud) continue;
+    throw UsageError(fmt::format("{}: '{}' must end in {}", output->option, output->path, fmt::join(output->accepted, " or ")));
+  }
 }
 
 /// Images of labels need rows and columns.
@@ -269,16 +282,18 @@ void explain_no_planes(const std::string& name, const Content& content, const Se
 std::string normal_text(const Eigen::Vector3d& n) { return fmt::format("({:+.4f}, {:+.4f}, {:+.4f})", n.x(), n.y(), n.z()); }
 
 Table plane_table(const Input& input) {
-  std::vector<std::string> headings{"plane", "<normal", "d [m]", input.is_cloud() ? "points" : "pixels", "rms [mm]", "area [m2]"};
+  std::vector<std::string> headings{"plane",   "<normal",  "d [m]",    input.is_cloud() ? "points" : "pixels",
+                                    "support", "rms [mm]", "area [m2]"};
   if (input.is_folder_of_frames()) headings.insert(headings.begin(), "<frame");
   return Table(std::move(headings));
 }
 
 void add_planes(Table& table, const Input& input, std::size_t i, const Segmentation& segmentation) {
   for (const PlaneSegment& segment : segmentation.planes) {
-    std::vector<std::string> cells{
-        fmt::format("{}", segment.id),      normal_text(segment.plane.normal),          fmt::format("{:.4f}", segment.plane.d),
-        fmt::format("{}", segment.inliers), fmt::format("{:.2f}", 1e3 * segment.rms_m), fmt::format("{:.3f}", segment.area_m2)};
+    std::vector<std::string> cells{fmt::format("{}", segment.id),          normal_text(segment.plane.normal),
+                                   fmt::format("{:.4f}", segment.plane.d), fmt::format("{}", segment.inliers),
+                                   fmt::format("{}", segment.support),     fmt::format("{:.2f}", 1e3 * segment.rms_m),
+                                   fmt::format("{:.3f}", segment.area_m2)};
     if (input.is_folder_of_frames()) cells.insert(cells.begin(), input.frames[i].name);
     table.add(std::move(cells));
   }
@@ -360,7 +375,7 @@ void run_segment(const SegmentCommand& command) {
   check_usage(command);
   check_options(command.options);
   const Input input = open_input(command.input, command.camera);
-  check_cloud_name(command, input);
+  check_names(command, input);
   check_outputs(command, input);
 
   SegmentRun run{command, input};

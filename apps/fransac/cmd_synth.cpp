@@ -144,7 +144,8 @@ Command add_synth(CLI::App& parent) {
   app->footer(
       "Writes OUT_DIR/<scene>_<seed>_<frame>/ with depth.png, camera.json, labels.png, rgb.png and truth.json, and "
       "OUT_DIR/dataset.json.\n"
-      "Nothing is ever overwritten; a run that fails leaves nothing behind.");
+      "Nothing is ever overwritten; a run that fails leaves nothing behind; one ended by a signal leaves the "
+      "frames done by then.");
   return {app, [command] { run_synth(*command); }};
 }
 
