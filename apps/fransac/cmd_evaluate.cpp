@@ -4,11 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "commands.hpp"
@@ -307,7 +309,19 @@ std::string csv_text(const std::vector<Row>& rows, const std::vector<Row>& means
   return text;
 }
 
+/// Rows of the same data twice would be averaged together.
+void check_named_once(const std::vector<std::string>& datasets) {
+  for (auto later = datasets.begin(); later != datasets.end(); ++later) {
+    const auto same = [&](const std::string& earlier) {
+      std::error_code error;
+      return earlier == *later || (std::filesystem::equivalent(earlier, *later, error) && !error);
+    };
+    if (std::any_of(datasets.begin(), later, same)) throw UsageError(fmt::format("DATASET: '{}' is named twice", *later));
+  }
+}
+
 void check_evaluate(const EvaluateCommand& command) {
+  check_named_once(command.datasets);
   check_options(command.options);
   if (!command.json.empty() && command.json == command.csv) {
     throw UsageError(fmt::format("--json and --csv both name '{}'", command.json));

@@ -4,7 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -18,6 +20,7 @@
 #include "commands.hpp"
 #include "errors.hpp"
 #include "fransac/filter/deproject.hpp"
+#include "fransac/io/file.hpp"
 #include "fransac/io/overlay.hpp"
 #include "fransac/version.hpp"
 #include "inputs.hpp"
@@ -36,20 +39,24 @@ namespace fs = std::filesystem;
 /// A kind of output and what the user called it: a file, or a folder with one file per frame.
 struct Output {
   const char* option;
-  const char* extension;  ///< Of the files in a folder.
-  std::string path;       ///< Empty: not asked for.
+  const char* extension;                        ///< Of the files in a folder.
+  std::initializer_list<const char*> accepted;  ///< What a single file's name may end in; empty: anything.
+  std::string path;                             ///< Empty: not asked for.
 
   [[nodiscard]] bool asked() const { return !path.empty(); }
   [[nodiscard]] bool to_stdout() const { return path == "-"; }
 };
 
+constexpr auto kPicture = {".png"};
+constexpr auto kCloud = {".pcd", ".ply"};
+
 struct SegmentCommand {
   std::string input;
   CameraFile camera;
-  Output labels{"--labels", ".png", {}};
-  Output json{"--json", ".json", {}};
-  Output overlay{"--overlay", ".png", {}};
-  Output cloud{"--cloud", ".ply", {}};
+  Output labels{"--labels", ".png", kPicture, {}};
+  Output json{"--json", ".json", {}, {}};
+  Output overlay{"--overlay", ".png", kPicture, {}};
+  Output cloud{"--cloud", ".ply", kCloud, {}};
   SegmentOptions options;
 
   [[nodiscard]] std::array<const Output*, 4> outputs() const { return {&labels, &overlay, &cloud, &json}; }
@@ -60,7 +67,9 @@ struct SegmentCommand {
 };
 
 bool has_extension(const fs::path& path, std::initializer_list<const char*> extensions) {
-  return std::find(extensions.begin(), extensions.end(), path.extension()) != extensions.end();
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
 }
 
 fs::path output_file(const Output& output, const Input& input, std::size_t i) {
@@ -128,9 +137,15 @@ void check_usage(const SegmentCommand& command) {
 #endif
 }
 
-void check_cloud_name(const SegmentCommand& command, const Input& input) {
-  if (!command.cloud.asked() || input.is_folder_of_frames() || has_extension(command.cloud.path, {".pcd", ".ply"})) return;
-  throw UsageError(fmt::format("--cloud: '{}' must end in .pcd or .ply", command.cloud.path));
+/// A file's name says its format; devices and pipes have no such name, and a cloud's format is known by nothing else.
+void check_names(const SegmentCommand& command, const Input& input) {
+  if (input.is_folder_of_frames()) return;
+  for (const Output* output : command.outputs()) {
+    if (!output->asked() || output->accepted.size() == 0 || has_extension(output->path, output->accepted)) continue;
+    const bool special = fs::exists(output->path) && !fs::is_regular_file(output->path);
+    if (special && output != &command.cloud) continue;
+    throw UsageError(fmt::format("{}: '{}' must end in {}", output->option, output->path, fmt::join(output->accepted, " or ")));
+  }
 }
 
 /// Images of labels need rows and columns.
@@ -151,17 +166,16 @@ std::vector<float> distances(const PointCloud& cloud) {
   return metres;
 }
 
-void write_overlay(const fs::path& file, const Input& input, std::size_t i, const Content& content,
-                   const Segmentation& segmentation) {
+io::ColourImage overlay_of(const Input& input, std::size_t i, const Content& content, const Segmentation& segmentation) {
   if (const auto* cloud = std::get_if<PointCloud>(&content)) {
     const std::vector<float> metres = distances(*cloud);
     const DepthView view = DepthView::from_float(metres.data(), cloud->width, cloud->height);
-    return check(io::write_png(file, io::overlay(view, segmentation.labels, nullptr)));
+    return io::overlay(view, segmentation.labels, nullptr);
   }
   std::optional<io::ColourImage> colour;
   if (input.frames[i].colour) colour = unwrap(io::read_colour_image(*input.frames[i].colour));
   const DepthView view = std::get<io::Frame>(content).view();
-  check(io::write_png(file, io::overlay(view, segmentation.labels, colour ? &*colour : nullptr)));
+  return io::overlay(view, segmentation.labels, colour ? &*colour : nullptr);
 }
 
 void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const Content& content,
@@ -268,70 +282,107 @@ void explain_no_planes(const std::string& name, const Content& content, const Se
 std::string normal_text(const Eigen::Vector3d& n) { return fmt::format("({:+.4f}, {:+.4f}, {:+.4f})", n.x(), n.y(), n.z()); }
 
 Table plane_table(const Input& input) {
-  std::vector<std::string> headings{"plane", "<normal", "d [m]", input.is_cloud() ? "points" : "pixels", "rms [mm]", "area [m2]"};
+  std::vector<std::string> headings{"plane",   "<normal",  "d [m]",    input.is_cloud() ? "points" : "pixels",
+                                    "support", "rms [mm]", "area [m2]"};
   if (input.is_folder_of_frames()) headings.insert(headings.begin(), "<frame");
   return Table(std::move(headings));
 }
 
 void add_planes(Table& table, const Input& input, std::size_t i, const Segmentation& segmentation) {
   for (const PlaneSegment& segment : segmentation.planes) {
-    std::vector<std::string> cells{
-        fmt::format("{}", segment.id),      normal_text(segment.plane.normal),          fmt::format("{:.4f}", segment.plane.d),
-        fmt::format("{}", segment.inliers), fmt::format("{:.2f}", 1e3 * segment.rms_m), fmt::format("{:.3f}", segment.area_m2)};
+    std::vector<std::string> cells{fmt::format("{}", segment.id),          normal_text(segment.plane.normal),
+                                   fmt::format("{:.4f}", segment.plane.d), fmt::format("{}", segment.inliers),
+                                   fmt::format("{}", segment.support),     fmt::format("{:.2f}", 1e3 * segment.rms_m),
+                                   fmt::format("{:.3f}", segment.area_m2)};
     if (input.is_folder_of_frames()) cells.insert(cells.begin(), input.frames[i].name);
     table.add(std::move(cells));
   }
 }
 
-void write_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
-                   const Segmentation& segmentation) {
+/// Files of a frame in memory, as far as they were asked for; the cloud's writer needs none.
+struct EncodedOutputs {
+  std::vector<std::byte> labels;
+  std::vector<std::byte> overlay;
+  std::string json;
+};
+
+EncodedOutputs encode_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
+                              const Segmentation& segmentation) {
+  EncodedOutputs encoded;
   if (command.labels.asked()) {
     const io::LabelImage image{segmentation.width, segmentation.height, 1, segmentation.labels};
-    check(io::write_png(output_file(command.labels, input, i), image));
+    encoded.labels = unwrap(io::encode_png(image));
   }
-  if (command.overlay.asked()) write_overlay(output_file(command.overlay, input, i), input, i, content, segmentation);
-  if (command.cloud.asked()) write_cloud(output_file(command.cloud, input, i), content, segmentation);
+  if (command.overlay.asked()) encoded.overlay = unwrap(io::encode_png(overlay_of(input, i, content, segmentation)));
   if (command.json.asked()) {
     const bool line = command.json.to_stdout() && input.is_folder_of_frames();
-    const std::string text = to_text(to_json(command, input, i, segmentation), line ? -1 : 2);
-    write_text(command.json.to_stdout() ? "-" : output_file(command.json, input, i).string(), text);
+    encoded.json = to_text(to_json(command, input, i, segmentation), line ? -1 : 2);
   }
+  return encoded;
 }
 
-void make_output_folders(const SegmentCommand& command) {
+/// All of a frame's outputs or, when one fails, none that is new.
+void write_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
+                   const Segmentation& segmentation) {
+  const EncodedOutputs encoded = encode_outputs(command, input, i, content, segmentation);
+  Unfinished written;
   for (const Output* output : command.outputs()) {
-    if (output->asked() && !output->to_stdout()) make_folder(output->path);
+    if (input.is_folder_of_frames() && output->asked() && !output->to_stdout()) written.make_folder(output->path);
   }
+  const auto file = [&](const Output& output) { return written.add(output_file(output, input, i)); };
+  if (command.labels.asked()) check(io::write_file(file(command.labels), encoded.labels));
+  if (command.overlay.asked()) check(io::write_file(file(command.overlay), encoded.overlay));
+  if (command.cloud.asked()) write_cloud(file(command.cloud), content, segmentation);
+  if (command.json.asked()) write_text(command.json.to_stdout() ? "-" : file(command.json).string(), encoded.json);
+  written.finish();
 }
+
+/// What a run keeps from frame to frame.
+struct SegmentRun {
+  const SegmentCommand& command;
+  const Input& input;
+  Table table = plane_table(input);
+  Progress progress = Progress(input.size());
+  Workspace workspace{};
+  Segmentation segmentation{};
+  bool any_planes = false;
+  std::size_t failed = 0;
+
+  void frame(std::size_t i) {
+    progress.step(input.name_of(i));
+    const Content content = load(input, i, command.camera);
+    check_organised(command, content);
+    segment(input.name_of(i), content, command.options, workspace, segmentation);
+    write_outputs(command, input, i, content, segmentation);
+    add_planes(table, input, i, segmentation);
+    any_planes = any_planes || !segmentation.planes.empty();
+    if (!segmentation.planes.empty()) return;
+    progress.clear();
+    explain_no_planes(input.name_of(i), content, command.options, segmentation);
+  }
+
+  /// A bad frame among several does not stop the others; a standard output that is gone does.
+  void frame_of_many(std::size_t i) try { frame(i); } catch (const StdoutFailure&) {
+    throw;
+  } catch (const Failure& error) {
+    progress.clear();
+    log(error.what());
+    ++failed;
+  }
+};
 
 void run_segment(const SegmentCommand& command) {
   check_usage(command);
   check_options(command.options);
   const Input input = open_input(command.input, command.camera);
-  check_cloud_name(command, input);
+  check_names(command, input);
   check_outputs(command, input);
 
-  Table table = plane_table(input);
-  bool any_planes = false;
-  Progress progress(input.size());
-  Workspace workspace;
-  Segmentation segmentation;
-  for (std::size_t i = 0; i < input.size(); ++i) {
-    progress.step(input.name_of(i));
-    const Content content = load(input, i, command.camera);
-    check_organised(command, content);
-    segment(input.name_of(i), content, command.options, workspace, segmentation);
-    if (i == 0 && input.is_folder_of_frames()) make_output_folders(command);  // not before something is to be written
-    write_outputs(command, input, i, content, segmentation);
-    add_planes(table, input, i, segmentation);
-    any_planes = any_planes || !segmentation.planes.empty();
-    if (segmentation.planes.empty()) {
-      progress.clear();
-      explain_no_planes(input.name_of(i), content, command.options, segmentation);
-    }
-  }
-  progress.clear();
-  if (!command.asks_for_output() && any_planes) write_stdout(table.text());
+  SegmentRun run{command, input};
+  for (std::size_t i = 0; i < input.size(); ++i) input.is_folder_of_frames() ? run.frame_of_many(i) : run.frame(i);
+  run.progress.clear();
+  if (!command.asks_for_output() && run.any_planes) write_stdout(run.table.text());
+  if (run.failed > 0) throw Failure(fmt::format("{}: {} of {} frames failed", input.name, run.failed, input.size()));
 }
 
 }  // namespace
@@ -357,7 +408,9 @@ Command add_segment(CLI::App& parent) {
       "Without any output file a table of the planes is printed.\n"
       "For a folder of frames or a sequence, the outputs name folders (made when missing): one file per frame, named after it "
       "(clouds: .ply);\n"
-      "--json - then prints one document per line. A frame without a plane of the minimum support is no error: its list of "
+      "--json - then prints one document per line. A frame that fails is named on standard error, the others are done, and the "
+      "exit code is 1\n"
+      "at the end. A frame without a plane of the minimum support is no error: its list of "
       "planes is empty.");
   return {app, [command] { run_segment(*command); }};
 }

@@ -67,32 +67,6 @@ Camera scaled(Camera camera, int width, int height) {
   return camera;
 }
 
-/// Removes what was written unless it is complete.
-class Unfinished {
- public:
-  explicit Unfinished(fs::path folder) : folder_(std::move(folder)), made_(!fs::exists(folder_)) {
-    if (made_) make_folder(folder_);
-  }
-  Unfinished(const Unfinished&) = delete;
-  Unfinished& operator=(const Unfinished&) = delete;
-  ~Unfinished() {
-    std::error_code ignored;
-    for (const fs::path& path : written_) fs::remove_all(path, ignored);
-    if (made_ && !finished_) fs::remove(folder_, ignored);
-  }
-  fs::path add(const std::string& name) { return written_.emplace_back(folder_ / name); }
-  void finish() {
-    finished_ = true;
-    written_.clear();
-  }
-
- private:
-  fs::path folder_;
-  bool made_;
-  bool finished_ = false;
-  std::vector<fs::path> written_;
-};
-
 void write_synth_frame(const fs::path& folder, synth::SynthFrame frame) {
   const int width = frame.camera.width;
   const int height = frame.camera.height;
@@ -111,7 +85,8 @@ void run_synth(const SynthCommand& command) {
   std::vector<std::string> scenes{command.options.scene};
   if (command.options.scene == "all") scenes.assign(synth::scene_names().begin(), synth::scene_names().end());
 
-  Unfinished output(command.folder);
+  Unfinished output;
+  output.make_folder(command.folder);
   Progress progress(scenes.size() * static_cast<std::size_t>(command.frames));
   synth::SynthOptions options = command.options;
   options.camera = scaled(options.camera, command.width, command.height);
@@ -122,10 +97,10 @@ void run_synth(const SynthCommand& command) {
       const auto digits = std::to_string(command.frames - 1).size();
       const std::string name = fmt::format("{}_{}_{:0{}}", scene, options.seed, options.frame, digits);
       progress.step(name);
-      write_synth_frame(output.add(name), unwrap(synth::render(options)));
+      write_synth_frame(output.add(command.folder / name), unwrap(synth::render(options)));
     }
   }
-  output.add("dataset.json");
+  output.add(command.folder / "dataset.json");
   check(io::write_dataset_json(command.folder, io::Truth::planes, principle(options.sensor)));
   output.finish();
 }
@@ -169,7 +144,8 @@ Command add_synth(CLI::App& parent) {
   app->footer(
       "Writes OUT_DIR/<scene>_<seed>_<frame>/ with depth.png, camera.json, labels.png, rgb.png and truth.json, and "
       "OUT_DIR/dataset.json.\n"
-      "Nothing is ever overwritten; a run that fails leaves nothing behind.");
+      "Nothing is ever overwritten; a run that fails leaves nothing behind; one ended by a signal leaves the "
+      "frames done by then.");
   return {app, [command] { run_synth(*command); }};
 }
 

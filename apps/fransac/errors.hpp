@@ -17,6 +17,10 @@ inline constexpr int kExitUsage = 2;    ///< The command line itself is wrong.
 struct Failure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+/// Nothing more can be said on standard output.
+struct StdoutFailure : Failure {
+  using Failure::Failure;
+};
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <exception>
 #include <new>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -33,6 +35,13 @@ void finish_parsing(const CLI::App& app, const CLI::ParseError& error) {
       fmt::format("{}\nSee: fransac {}--help", error.what(), chosen.empty() ? "" : chosen.front()->get_name() + " "));
 }
 
+/// The parser would only say that a mistyped command was not expected.
+void check_command(std::span<const Command> commands, const std::string& word) {
+  const auto named = [&](const Command& command) { return command.app->get_name() == word; };
+  if (word.starts_with('-') || std::any_of(commands.begin(), commands.end(), named)) return;
+  throw UsageError(fmt::format("unknown command '{}'; there are segment, evaluate, bench, synth\nSee: fransac --help", word));
+}
+
 void run(int argc, char** argv) {
   CLI::App app("Planes in depth frames and point clouds.", "fransac");
   app.set_version_flag("--version", fmt::format("fransac {}", kVersion), "print the version and exit");
@@ -40,6 +49,7 @@ void run(int argc, char** argv) {
   app.get_formatter()->column_width(34);
   app.footer("Exit codes: 0 done, 1 the input could not be used or an output not be written, 2 wrong usage.");
   const Command commands[] = {add_segment(app), add_evaluate(app), add_bench(app), add_synth(app)};
+  if (argc > 1) check_command(commands, argv[1]);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -37,7 +37,7 @@ void check_parent(std::string_view option, const fs::path& path) {
 void write_stdout(std::string_view text) {
   errno = 0;
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
-  if (!written) throw Failure(fmt::format("standard output: {}", std::generic_category().message(errno)));
+  if (!written) throw StdoutFailure(fmt::format("standard output: {}", std::generic_category().message(errno)));
 }
 
 void log(std::string_view text) { fmt::print(stderr, "fransac: {}\n", text); }
@@ -106,10 +106,28 @@ void check_output_folder(std::string_view option, const fs::path& folder) {
   if (!writable(folder)) throw Failure(fmt::format("{}: the folder '{}' is not writable", option, folder.string()));
 }
 
-void make_folder(const fs::path& folder) {
+Unfinished::~Unfinished() {
+  std::error_code ignored;
+  for (const fs::path& path : written_) fs::remove_all(path, ignored);
+  for (const fs::path& folder : folders_) fs::remove(folder, ignored);
+}
+
+void Unfinished::make_folder(const fs::path& folder) {
   std::error_code error;
-  fs::create_directory(folder, error);
+  const bool made = fs::create_directory(folder, error);
   if (error) throw Failure(fmt::format("{}: {}", folder.string(), error.message()));
+  if (made) folders_.push_back(folder);
+}
+
+fs::path Unfinished::add(const fs::path& path) {
+  std::error_code error;
+  if (!fs::exists(path, error)) written_.push_back(path);
+  return path;
+}
+
+void Unfinished::finish() {
+  written_.clear();
+  folders_.clear();
 }
 
 }  // namespace fransac::cli

@@ -10,7 +10,7 @@
 
 namespace fransac::cli {
 
-/// Results go here. Throws Failure when the text could not be written (full disk, closed pipe).
+/// Results go here. Throws StdoutFailure when the text could not be written (full disk, closed pipe).
 void write_stdout(std::string_view text);
 /// A line on stderr, after "fransac: ".
 void log(std::string_view text);
@@ -40,6 +40,23 @@ class Table {
 void check_output_file(std::string_view option, const std::filesystem::path& file);
 /// The same for a folder that exists or can be made in an existing one.
 void check_output_folder(std::string_view option, const std::filesystem::path& folder);
-void make_folder(const std::filesystem::path& folder);
+
+/// Removes again what was newly written unless it is all there; what existed before stays as it is by then.
+class Unfinished {
+ public:
+  Unfinished() = default;
+  Unfinished(const Unfinished&) = delete;
+  Unfinished& operator=(const Unfinished&) = delete;
+  ~Unfinished();
+  /// Makes a folder unless it exists. Throws Failure.
+  void make_folder(const std::filesystem::path& folder);
+  /// Notes, and returns, the file or folder that is written next.
+  std::filesystem::path add(const std::filesystem::path& path);
+  void finish();
+
+ private:
+  std::vector<std::filesystem::path> folders_;  // removed only when empty: others may have put something there
+  std::vector<std::filesystem::path> written_;
+};
 
 }  // namespace fransac::cli

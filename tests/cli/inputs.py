@@ -178,8 +178,13 @@ def noise_frame(folder, name):
     write_frame(folder / name, depth)
 
 
+def frame_with_cut_off_picture(folder, name):
+    frame(folder, name)
+    write(folder / name / "rgb.jpg", b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01\x01\x00")
+
+
 def dataset_with_broken_frame(folder, name):
-    dataset(folder, name)
+    dataset(folder, name, frames="3")
     write(folder / name / "frame1" / "depth.png", b"no picture")
 
 
