@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Guards the accuracy of every method on real frames with truth: accuracy.csv beside this file holds the means over each
-// dataset's scenes, and a change of any of them fails here. When a change is meant, write the table anew, look at the
-// difference and commit it:
+// Guards the accuracy of every method on real frames with truth: accuracy.csv beside this file holds what was measured, and a
+// change of any number fails here. When a change is meant, write the table anew, look at the difference and commit it:
 //   FRANSAC_UPDATE_ACCURACY=1 build/release/tests/regression/accuracy_test
+// Rows of a dataset that is not there are left as they stand.
 //
-// Precision, recall and F1 are of plane 1 against truth label 1; best_f1 is of the plane that overlaps it most, which is the
-// same while one plane is asked for. Defaults throughout, seed 0.
+// Precision, recall and F1 are of plane 1 against truth label 1; best_f1 is of the plane that overlaps it most (the same, and
+// left empty, while one plane is asked for); found is the number of planes. Defaults throughout, seed 0.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
+#include <limits>
 #include <map>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,45 +31,45 @@
 namespace fransac {
 namespace {
 
-// Vector registers of other widths add up in another order and fused multiply-adds round once: a point at the threshold
-// then changes sides, and now and then another hypothesis wins by a hair.
+// Fused multiply-adds round once: a point at the threshold may then change sides. AVX2, SSE4 and scalar code, and focal
+// lengths changed by one to three units of float rounding (6e-8), move the numbers of the peeled planes in the table by less
+// than 0.0001; the rows of `is_chaotic` are left out. One row of a single plane would not bear the change of focal lengths,
+// though it is the same with all instruction sets: tum,scene1,voxel-ransac moves by 0.095.
 constexpr double kTolerance = 0.0005;
 
-constexpr std::string_view kDatasets[] = {"tum", "mosd", "icl_nuim"};
-constexpr std::string_view kHeader = "dataset,method,precision,recall,f1,best_f1";
+constexpr std::array<std::string_view, 8> kColumns = {"precision",      "recall",         "f1",           "best_f1",
+                                                      "instance_f1_50", "instance_f1_75", "weighted_iou", "found"};
+constexpr std::size_t kF1 = 2;
 
-struct Accuracy {
-  double precision = 0.0;
-  double recall = 0.0;
-  double f1 = 0.0;
-  double best_f1 = 0.0;
-};
+constexpr double kEmpty = std::numeric_limits<double>::quiet_NaN();
+/// One number per column; kEmpty where a column does not apply.
+using Row = std::array<double, kColumns.size()>;
+/// Rows by "dataset,scene,method,planes".
+using Table = std::map<std::string, Row>;
 
-Accuracy mean_accuracy(const std::vector<io::Frame>& frames, Method method) {
-  SegmentOptions options;
-  options.method = method;
-  options.threads = 0;
-  Workspace workspace;
-  Segmentation s;
-  Accuracy sum;
-  for (const io::Frame& frame : frames) {
-    const Status status = segment(frame.view(), frame.camera, options, workspace, s);
-    EXPECT_TRUE(status) << frame.name << ": " << (status ? "" : status.error().message);
-    const auto dominant = eval::dominant_plane(frame.labels->pixels, s.labels);
-    const auto best = eval::best_overlap(frame.labels->pixels, s.labels);
-    if (!dominant || !best) {
-      ADD_FAILURE() << frame.name;
-      continue;
-    }
-    sum.precision += dominant->precision();
-    sum.recall += dominant->recall();
-    sum.f1 += dominant->f1();
-    sum.best_f1 += best->detection.f1();
-  }
-  const auto n = static_cast<double>(frames.size());
-  return {sum.precision / n, sum.recall / n, sum.f1 / n, sum.best_f1 / n};
+constexpr Method kPeeled[] = {Method::fransac, Method::voxel_ransac, Method::ransac};
+
+/// Where rounding alone lets another hypothesis win, and with it other planes are peeled: their number changes, or a score moves
+/// by more than kTolerance (between instruction sets instance F1 by up to 0.14).
+bool is_chaotic(std::string_view scene, Method method) {
+  if (scene == "scene7") return true;
+  if (method == Method::ransac) return scene == "scene4" || scene == "scene5";
+  return method == Method::voxel_ransac && (scene == "scene1" || scene == "scene5");
 }
 
+std::string key_of(std::string_view dataset, std::string_view scene, Method method, int max_planes) {
+  std::string key(dataset);
+  key.append(",").append(scene).append(",").append(enum_name(method));
+  return key + (max_planes == 1 ? ",1" : ",all");
+}
+
+std::string header() {
+  std::string line = "dataset,scene,method,planes";
+  for (const std::string_view column : kColumns) line.append(",").append(column);
+  return line;
+}
+
+/// Frames with truth of one of the data sets; none when it is not there.
 std::vector<io::Frame> load_dataset(std::string_view name) {
   std::vector<io::Frame> frames;
   const auto dataset = io::list_frames(std::filesystem::path(FRANSAC_DATA_DIR) / name);
@@ -78,60 +82,142 @@ std::vector<io::Frame> load_dataset(std::string_view name) {
   return frames;
 }
 
-/// Rows of the table by "dataset,method".
-std::map<std::string, Accuracy> read_table() {
-  std::map<std::string, Accuracy> table;
-  std::ifstream file(FRANSAC_ACCURACY_CSV);
-  std::string line;
-  std::getline(file, line);
-  EXPECT_EQ(line, kHeader);
-  while (std::getline(file, line)) {
-    const std::size_t key_end = line.find(',', line.find(',') + 1);
-    std::string numbers = line.substr(key_end + 1);
-    std::replace(numbers.begin(), numbers.end(), ',', ' ');
-    Accuracy& row = table[line.substr(0, key_end)];
-    std::istringstream(numbers) >> row.precision >> row.recall >> row.f1 >> row.best_f1;
+Row measure(const io::Frame& frame, Method method, int max_planes) {
+  Row row;
+  row.fill(kEmpty);
+  SegmentOptions options;
+  options.method = method;
+  options.max_planes = max_planes;
+  options.threads = 0;
+  const auto s = segment(frame.view(), frame.camera, options);
+  if (!s) {
+    ADD_FAILURE() << frame.name << ": " << s.error().message;
+    return row;
+  }
+  const std::vector<std::uint8_t>& truth = frame.labels->pixels;
+  const auto dominant = eval::dominant_plane(truth, s->labels);
+  const auto best = eval::best_overlap(truth, s->labels);
+  const auto instances = eval::instance_metrics(truth, s->labels);
+  if (!dominant || !best || !instances) {
+    ADD_FAILURE() << frame.name;
+    return row;
+  }
+  row[0] = dominant->precision();
+  row[1] = dominant->recall();
+  row[kF1] = dominant->f1();
+  if (max_planes == 1) return row;
+  row[3] = best->detection.f1();
+  row[4] = instances->at50.f1;
+  row[5] = instances->at75.f1;
+  row[6] = instances->weighted_iou;
+  row[7] = static_cast<double>(s->planes.size());
+  return row;
+}
+
+Row mean_of_one_plane(const std::vector<io::Frame>& frames, Method method) {
+  Row mean{};
+  for (const io::Frame& frame : frames) {
+    const Row row = measure(frame, method, 1);
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += row[i] / static_cast<double>(frames.size());
+  }
+  return mean;
+}
+
+Table measure_scenes(std::string_view dataset, const std::vector<io::Frame>& frames) {
+  Table table;
+  for (const io::Frame& frame : frames) {
+    for (const Method method : testing::kMethods) {
+      table[key_of(dataset, frame.name, method, 1)] = measure(frame, method, 1);
+    }
+    for (const Method method : kPeeled) {
+      if (!is_chaotic(frame.name, method)) table[key_of(dataset, frame.name, method, 0)] = measure(frame, method, 0);
+    }
   }
   return table;
 }
 
-void write_table(const std::map<std::string, Accuracy>& table) {
-  std::ofstream file(FRANSAC_ACCURACY_CSV);
-  file << kHeader << '\n' << std::fixed << std::setprecision(5);
-  for (const std::string_view dataset : kDatasets) {
-    for (const Method method : testing::kMethods) {
-      const std::string key = std::string(dataset) + ',' + std::string(enum_name(method));
-      const Accuracy& row = table.at(key);
-      file << key << ',' << row.precision << ',' << row.recall << ',' << row.f1 << ',' << row.best_f1 << '\n';
+Table read_table() {
+  Table table;
+  std::ifstream file(FRANSAC_ACCURACY_CSV);
+  std::string line;
+  std::getline(file, line);
+  EXPECT_EQ(line, header());
+  while (std::getline(file, line)) {
+    std::size_t end = std::string::npos;
+    Row row;
+    // From the last column back to the first; what is left is the key.
+    for (std::size_t i = row.size(); i-- > 0;) {
+      end = line.rfind(',');
+      const std::string number = line.substr(end + 1);
+      row[i] = number.empty() ? kEmpty : std::stod(number);
+      line.resize(end);
     }
+    table[line] = row;
+  }
+  return table;
+}
+
+void write_table(const Table& table) {
+  std::ofstream file(FRANSAC_ACCURACY_CSV);
+  file << header() << '\n' << std::fixed << std::setprecision(5);
+  for (const auto& [key, row] : table) {
+    file << key;
+    for (const double number : row) {
+      file << ',';
+      if (!std::isnan(number)) file << number;
+    }
+    file << '\n';
   }
   ASSERT_TRUE(file) << FRANSAC_ACCURACY_CSV;
 }
 
-TEST(Accuracy, IsThatOfTheTable) {
-  std::map<std::string, Accuracy> measured;
-  for (const std::string_view dataset : kDatasets) {
-    const std::vector<io::Frame> frames = load_dataset(dataset);
-    if (frames.empty()) GTEST_SKIP() << "no frames in " FRANSAC_DATA_DIR "/" << dataset;
-    for (const Method method : testing::kMethods) {
-      measured[std::string(dataset) + ',' + std::string(enum_name(method))] = mean_accuracy(frames, method);
+/// The table's rows of the dataset must be the measured ones.
+void compare_with_table(std::string_view dataset, const Table& measured) {
+  const auto of_dataset = [&](const auto& entry) { return entry.first.starts_with(std::string(dataset) + ','); };
+  Table table = read_table();
+  if (std::getenv("FRANSAC_UPDATE_ACCURACY") != nullptr) {
+    std::erase_if(table, of_dataset);
+    table.insert(measured.begin(), measured.end());
+    write_table(table);
+    table = read_table();
+  }
+  EXPECT_EQ(static_cast<std::size_t>(std::count_if(table.begin(), table.end(), of_dataset)), measured.size());
+  for (const auto& [key, now] : measured) {
+    const auto before = table.find(key);
+    if (before == table.end()) {
+      ADD_FAILURE() << key << " is not in the table";
+      continue;
+    }
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      if (std::isnan(now[i]) && std::isnan(before->second[i])) continue;
+      EXPECT_NEAR(now[i], before->second[i], kTolerance) << key << ' ' << kColumns[i];
     }
   }
-  if (std::getenv("FRANSAC_UPDATE_ACCURACY") != nullptr) write_table(measured);
+}
 
-  const std::map<std::string, Accuracy> table = read_table();
-  EXPECT_EQ(table.size(), measured.size());
-  for (const auto& [key, now] : measured) {
-    ASSERT_TRUE(table.count(key) == 1) << key;
-    const Accuracy& before = table.at(key);
-    EXPECT_NEAR(now.precision, before.precision, kTolerance) << key;
-    EXPECT_NEAR(now.recall, before.recall, kTolerance) << key;
-    EXPECT_NEAR(now.f1, before.f1, kTolerance) << key;
-    EXPECT_NEAR(now.best_f1, before.best_f1, kTolerance) << key;
+TEST(Accuracy, TumScenes) {
+  const std::vector<io::Frame> frames = load_dataset("tum");
+  if (frames.empty()) GTEST_SKIP() << "no frames in " FRANSAC_DATA_DIR "/tum";
+  compare_with_table("tum", measure_scenes("tum", frames));
+}
+
+TEST(Accuracy, IclNuimScenes) {
+  const std::vector<io::Frame> frames = load_dataset("icl_nuim");
+  if (frames.empty()) GTEST_SKIP() << "no frames in " FRANSAC_DATA_DIR "/icl_nuim";
+  compare_with_table("icl_nuim", measure_scenes("icl_nuim", frames));
+}
+
+TEST(Accuracy, MosdMeans) {
+  const std::vector<io::Frame> frames = load_dataset("mosd");
+  if (frames.empty()) GTEST_SKIP() << "no frames in " FRANSAC_DATA_DIR "/mosd";
+  Table measured;
+  for (const Method method : testing::kMethods) {
+    measured[key_of("mosd", "mean", method, 1)] = mean_of_one_plane(frames, method);
   }
+  compare_with_table("mosd", measured);
   // Table-top scenes with one clear plane: these methods must find it whatever else changes.
-  for (const char* const method : {"ransac", "voxel-ransac", "fransac"}) {
-    EXPECT_GE(measured.at("mosd," + std::string(method)).f1, 0.99) << method;
+  for (const Method method : {Method::fransac, Method::voxel_ransac, Method::ransac}) {
+    EXPECT_GE(measured.at(key_of("mosd", "mean", method, 1))[kF1], 0.99) << enum_name(method);
   }
 }
 
