@@ -26,6 +26,7 @@ namespace {
 struct BenchCommand {
   std::vector<std::string> inputs;
   std::vector<Method> methods{Method::automatic};
+  CameraFile camera;
   std::string json;
   int repeat = 100;
   SegmentOptions options;
@@ -178,7 +179,7 @@ void run_bench(const BenchCommand& command) {
   const Machine machine = this_machine();
   if (machine.build_type != "Release") log(fmt::format("note: this is a {} build; only Release is fast", machine.build_type));
   std::vector<Input> inputs;
-  for (const std::string& name : command.inputs) inputs.push_back(open_input(name));
+  for (const std::string& name : command.inputs) inputs.push_back(open_input(name, command.camera));
   std::vector<BenchResult> results;
   for (const Input& input : inputs) {
     for (BenchResult& result : bench_input(command, input)) results.push_back(std::move(result));
@@ -196,6 +197,7 @@ Command add_bench(CLI::App& parent) {
       ->required();
   add_output(*app, "--json", command->json, "results; '-' is standard output, instead of the table", "FILE|-");
   add_count(*app, "--repeat", command->repeat, 1, 1000000, "timed runs per frame and method, after one to warm up");
+  add_camera(*app, command->camera);
   add_segment_options(*app, command->options, &command->methods);
   app->footer(
       "Time is from depth (or points) in memory to labels in memory, with buffers reused. An input with several frames gives one "

@@ -103,6 +103,7 @@ struct Row {
 struct EvaluateCommand {
   std::vector<std::string> datasets;
   std::vector<Method> methods{Method::automatic};
+  CameraFile camera;
   std::string json;
   std::string csv;
   int repeat = 3;
@@ -224,12 +225,13 @@ void evaluate_dataset(const EvaluateCommand& command, const std::string& name, c
   }
 }
 
-io::Dataset open_dataset(const std::string& name) {
+io::Dataset open_dataset(const std::string& name, const CameraFile& camera) {
   const io::InputKind kind = unwrap(io::detect_kind(name));
   if (kind == io::InputKind::pcd || kind == io::InputKind::ply) {
     throw Failure(fmt::format("{}: a point cloud has no truth to compare with; evaluate takes frames with labels.png", name));
   }
   io::Dataset dataset = unwrap(io::list_frames(name));
+  use_camera(camera, dataset.frames);
   if (truth_of(dataset) == io::Truth::none) {
     throw Failure(fmt::format("{}: has no truth to compare with (dataset.json says \"truth\": \"none\", or is missing)", name));
   }
@@ -333,7 +335,7 @@ void check_evaluate(const EvaluateCommand& command) {
 void run_evaluate(const EvaluateCommand& command) {
   check_evaluate(command);
   std::vector<io::Dataset> datasets;
-  for (const std::string& name : command.datasets) datasets.push_back(open_dataset(name));
+  for (const std::string& name : command.datasets) datasets.push_back(open_dataset(name, command.camera));
   std::vector<Row> rows;
   for (std::size_t i = 0; i < datasets.size(); ++i) evaluate_dataset(command, command.datasets[i], datasets[i], rows);
   const std::vector<Row> means = means_of(command, rows);
@@ -357,6 +359,7 @@ Command add_evaluate(CLI::App& parent) {
   add_output(*app, "--json", command->json, "results; '-' is standard output, instead of the table", "FILE|-");
   add_output(*app, "--csv", command->csv, "results; '-' is standard output, instead of the table", "FILE|-");
   add_count(*app, "--repeat", command->repeat, 1, 100000, "runs per frame; the median time counts");
+  add_camera(*app, command->camera);
   add_segment_options(*app, command->options, &command->methods);
   app->footer(fmt::format(
       "precision, recall, F1: plane 1 against the truth's dominant plane; best F1: the predicted plane that overlaps it most.\n"

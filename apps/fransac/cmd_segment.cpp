@@ -77,11 +77,11 @@ fs::path output_file(const Output& output, const Input& input, std::size_t i) {
 }
 
 /// The files that a frame or cloud is read from.
-std::vector<fs::path> files_of(const Input& input, std::size_t i, const CameraFile& camera) {
+std::vector<fs::path> files_of(const Input& input, std::size_t i) {
   if (input.is_cloud()) return {input.name};
   const io::FrameFiles& frame = input.frames[i];
   std::vector<fs::path> files{frame.depth};
-  for (const auto& file : {frame.colour, frame.labels, frame.truth, frame.camera_file, camera}) {
+  for (const auto& file : {frame.colour, frame.labels, frame.truth, frame.camera_file}) {
     if (file) files.push_back(*file);
   }
   return files;
@@ -112,7 +112,7 @@ void check_outputs(const SegmentCommand& command, const Input& input) {
         throw Failure(fmt::format("{}: the frame name '{}' is no file name", input.name, input.frames[i].name));
       }
       const fs::path file = output_file(*output, input, i);
-      for (const fs::path& source : files_of(input, i, command.camera)) {
+      for (const fs::path& source : files_of(input, i)) {
         if (same_file(file, source))
           throw UsageError(fmt::format("{}: '{}' is part of the input", output->option, file.string()));
       }
@@ -193,9 +193,9 @@ void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const C
 
 nlohmann::ordered_json plane_to_json(const PlaneSegment& segment) {
   const Eigen::Vector3d& n = segment.plane.normal;
-  return {{"id", segment.id},           {"normal", {n.x(), n.y(), n.z()}}, {"d", segment.plane.d},
-          {"inliers", segment.inliers}, {"support", segment.support},      {"rms_m", segment.rms_m},
-          {"area_m2", segment.area_m2}};
+  return {{"id", segment.id},           {"normal", {n.x(), n.y(), n.z()}},  {"d", segment.plane.d},
+          {"inliers", segment.inliers}, {"support", segment.support},       {"rms_m", segment.rms_m},
+          {"area_m2", segment.area_m2}, {"iterations", segment.iterations}, {"stop_reason", to_string(segment.stop_reason)}};
 }
 
 nlohmann::ordered_json timing_to_json(const Timing& timing) {
@@ -350,7 +350,7 @@ struct SegmentRun {
 
   void frame(std::size_t i) {
     progress.step(input.name_of(i));
-    const Content content = load(input, i, command.camera);
+    const Content content = load(input, i);
     check_organised(command, content);
     segment(input.name_of(i), content, command.options, workspace, segmentation);
     write_outputs(command, input, i, content, segmentation);
@@ -394,10 +394,7 @@ Command add_segment(CLI::App& parent) {
                   "a 16-bit depth PNG (with camera.json beside it), a frame folder, a folder of frames, a TUM RGB-D sequence, a "
                   "PCD or PLY file")
       ->required();
-  app->add_option_function<std::string>(
-         "--camera", [command](const std::string& file) { command->camera = file; },
-         "intrinsics; overrides the frame's own camera.json")
-      ->type_name("FILE");
+  add_camera(*app, command->camera);
   add_output(*app, "--labels", command->labels.path, "label image: 8-bit PNG, 0 no depth, 1, 2, ... planes, 255 on no plane",
              "FILE");
   add_output(*app, "--json", command->json.path, "planes, evidence and timing; '-' is standard output", "FILE|-");

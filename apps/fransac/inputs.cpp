@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "errors.hpp"
+#include "fransac/io/camera_json.hpp"
 #ifdef FRANSAC_HAS_CLOUD_IO
 #include "fransac/io/cloud_file.hpp"
 #endif
@@ -15,7 +16,10 @@ PointCloud load_cloud(const std::string& file) {
 #ifdef FRANSAC_HAS_CLOUD_IO
   return unwrap(io::read_cloud(file));
 #else
-  throw Failure(fmt::format("{}: this fransac was built without support for point clouds (FRANSAC_BUILD_CLOUD_IO)", file));
+  throw Failure(fmt::format(
+      "{}: this fransac was built without support for point clouds: it needs PCL's io library (scripts/bootstrap cloud) and "
+      "-DFRANSAC_BUILD_CLOUD_IO=ON",
+      file));
 #endif
 }
 
@@ -25,12 +29,22 @@ Input open_input(const std::string& name, const CameraFile& camera_file) {
   Input input{name, unwrap(io::detect_kind(name)), {}};
   if (input.is_cloud() && camera_file) throw UsageError(fmt::format("--camera: {} is a point cloud and needs no camera", name));
   if (!input.is_cloud()) input.frames = unwrap(io::list_frames(name)).frames;
+  use_camera(camera_file, input.frames);
   return input;
 }
 
-Content load(const Input& input, std::size_t i, const CameraFile& camera_file) {
+void use_camera(const CameraFile& camera, std::vector<io::FrameFiles>& frames) {
+  if (!camera) return;
+  const std::optional<Camera> known = std::filesystem::exists(*camera) ? std::nullopt : io::tum_camera(camera->string());
+  for (io::FrameFiles& frame : frames) {
+    frame.camera = known;
+    frame.camera_file = known ? std::nullopt : camera;
+  }
+}
+
+Content load(const Input& input, std::size_t i) {
   if (input.is_cloud()) return load_cloud(input.name);
-  return unwrap(io::load_frame(input.frames[i], camera_file));
+  return unwrap(io::load_frame(input.frames[i]));
 }
 
 void segment(const std::string& name, const Content& content, const SegmentOptions& options, Workspace& workspace,

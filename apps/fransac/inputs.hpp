@@ -34,7 +34,9 @@ using Content = std::variant<io::Frame, PointCloud>;
 
 /// Throws Failure, as the other functions here; UsageError for a camera file with a cloud.
 Input open_input(const std::string& name, const CameraFile& camera_file = std::nullopt);
-Content load(const Input& input, std::size_t i, const CameraFile& camera_file = std::nullopt);
+/// Lets a camera chosen by the user, a file or a TUM name such as "freiburg1", stand for the frames' own.
+void use_camera(const CameraFile& camera, std::vector<io::FrameFiles>& frames);
+Content load(const Input& input, std::size_t i);
 /// Segments in the workspace's memory; `name` is the input's name for messages.
 void segment(const std::string& name, const Content& content, const SegmentOptions& options, Workspace& workspace,
              Segmentation& segmentation);

@@ -189,6 +189,13 @@ void add_count(CLI::App& app, const std::string& name, int& value, int min, int 
   app.add_option_function<std::string>(name, set, fmt::format("{} [{}; default: {}]", help, expected, value))->type_name("N");
 }
 
+void add_camera(CLI::App& app, std::optional<std::filesystem::path>& camera) {
+  app.add_option_function<std::string>(
+         "--camera", [&camera](const std::string& name) { camera = name; },
+         "intrinsics instead of the frames' own: a camera.json, or freiburg1, freiburg2, freiburg3 of the TUM benchmark")
+      ->type_name("FILE|NAME");
+}
+
 void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help) {
   const std::string expected = expected_text(OptionInfo{}, value);
   const auto set = [&value, expected](const std::string& text) {

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -50,6 +51,8 @@ std::optional<Number> parse_number(std::string_view text) {
 
 /// Adds "--name N", a whole number within [min, max], to a command.
 void add_count(CLI::App& app, const std::string& name, int& value, int min, int max, const std::string& help);
+/// Adds "--camera FILE|NAME".
+void add_camera(CLI::App& app, std::optional<std::filesystem::path>& camera);
 /// Adds "--seed N".
 void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help);
 
