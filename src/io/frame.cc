@@ -23,10 +23,10 @@ std::string size_text(int width, int height) { return std::to_string(width) + "x
 Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>& camera_file, const DepthImage& depth) {
   const std::optional<fs::path>& source = camera_file ? camera_file : files.camera_file;
   if (!source && !files.camera) {
+    const std::string searched = files.timestamp_s ? "camera.json in the sequence's folder, which is not named after freiburg1..3"
+                                                   : (files.depth.parent_path() / "camera.json").string();
     return Error{ErrorCode::no_data,
-                 files.depth.string() + ": no camera: there is no camera.json beside it" +
-                     (files.timestamp_s ? " (in the sequence's folder), its name is none of freiburg1..3" : "") +
-                     ", and no other camera was given (--camera)"};
+                 files.depth.string() + ": no camera: there is no " + searched + ", and none was given (--camera)"};
   }
   Result<Camera> camera = source ? read_camera_json(*source) : *files.camera;
   if (camera && (camera->width != depth.width || camera->height != depth.height)) {
