@@ -6,8 +6,35 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#ifdef __SANITIZE_THREAD__
+#include <atomic>
+#include <thread>
+#include <vector>
+#endif
 
 namespace fransac {
+namespace {
+
+#ifdef __SANITIZE_THREAD__
+// The thread sanitizer does not see how TBB, which is built without it, passes work from thread to thread, and reports
+// each time that it does. Plain threads in its place let it watch the bodies.
+void run_parallel(int threads, std::size_t n, IndexFunction body) {
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < n; i = next++) body(i);
+  };
+  std::vector<std::jthread> helpers;
+  for (int t = 1; t < threads; ++t) helpers.emplace_back(work);
+  work();
+}
+#else
+void run_parallel(int threads, std::size_t n, IndexFunction body) {
+  tbb::task_arena arena(threads);
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { body(i); }); });
+}
+#endif
+
+}  // namespace
 
 int resolve_threads(int threads) { return threads > 0 ? threads : tbb::info::default_concurrency(); }
 
@@ -18,8 +45,7 @@ void parallel_for(int threads, std::size_t n, IndexFunction body) {
     for (std::size_t i = 0; i < n; ++i) body(i);
     return;
   }
-  tbb::task_arena arena(count);
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { body(i); }); });
+  run_parallel(count, n, body);
 }
 
 }  // namespace fransac

@@ -37,6 +37,7 @@ OUTSIDE_PUBLIC_HEADERS = {"Eigen"}
 
 # Only this file makes threads; everybody else calls parallel_for.
 THREAD_MAKER = "src/core/parallel.cc"
+THREAD_HEADERS = {"thread", "future", "execution", "omp.h", "pthread.h", "tbb"}
 
 # Files of a module that live in another one's folder.
 RESIDENTS = {
@@ -128,6 +129,8 @@ def outside_complaint(path, module, name):
     first = name.split("/")[0]
     if name.startswith("fransac/"):
         return f"writes <{name}>; the project's own headers stand in quotes"
+    if first in THREAD_HEADERS and module != "apps" and path != THREAD_MAKER:
+        return f"includes {name}; only {THREAD_MAKER} makes threads"
     if "/" not in name and "." not in name:
         return None  # the standard library
     if path.startswith("include/"):
@@ -136,8 +139,6 @@ def outside_complaint(path, module, name):
         allowed = OUTSIDE.get(module, set()) | (set() if module == "kernels" else {"Eigen"})
     if first not in allowed:
         return f"includes {name}, which is not for {'public headers' if path.startswith('include/') else module}"
-    if first == "tbb" and path != THREAD_MAKER:
-        return f"includes {name}; only {THREAD_MAKER} makes threads"
     return None
 
 
