@@ -30,6 +30,13 @@ DepthView DepthView::from_float(const float* data, int width, int height, std::p
   return view;
 }
 
+DepthView DepthView::in_memory(const void* data, std::ptrdiff_t row_stride_bytes) const {
+  DepthView view = *this;
+  view.data_ = static_cast<const std::byte*>(data);
+  view.row_stride_bytes_ = row_stride_bytes;
+  return view;
+}
+
 float DepthView::metres(int u, int v) const {
   if (format_ == DepthFormat::uint16) return static_cast<float>(row_uint16(v)[u]) * metres_per_unit_;
   const float z = row_float(v)[u];

@@ -6,16 +6,14 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <new>
 #include <string>
 
+#include "filter/voxel_grid_scratch.hpp"
 #include "kernels/points.h"
 
 namespace fransac {
 namespace {
-
-using Slot = VoxelGrid::Slot;
 
 /// The grid over one cloud: along each axis, index = floor(p / leaf) - (smallest index), in as many bits as it needs.
 struct Lattice {
@@ -33,12 +31,6 @@ struct Lattice {
     return {middle(0), middle(1), middle(2)};
   }
 };
-
-std::string leaf_size_text(double leaf_size_m) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "leaf-size: %g", leaf_size_m);
-  return text.data();
-}
 
 Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
   constexpr int kMaxBitsPerAxis = 31;
@@ -61,70 +53,22 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
     lattice.key.shift[axis] = bits;
     bits += axis_bits;
     if (axis_bits > kMaxBitsPerAxis || bits > kMaxBits) {
-      return Error{ErrorCode::invalid_argument, leaf_size_text(leaf_size_m) +
-                                                    " m divides the cloud into more leaves than 63-bit keys can tell apart"
-                                                    " (2^31 along an axis); take a larger one"};
+      return too_many_leaves(leaf_size_m);
     }
   }
   return lattice;
 }
 
-/// Leaf numbers by key: open addressing with linear probing. A slot belongs to the current cloud when its frame number
-/// does, so nothing is cleared between clouds.
-class LeafTable {
- public:
-  explicit LeafTable(VoxelGrid& grid) : table_(grid.table), frame_(grid.frame) {
-    constexpr std::size_t kFirstCapacity = std::size_t{1} << 14;
-    if (table_.empty()) table_.assign(kFirstCapacity, Slot{});
-    if (frame_ == std::numeric_limits<std::uint32_t>::max()) {
-      std::fill(table_.begin(), table_.end(), Slot{});
-      frame_ = 0;
-    }
-    ++frame_;
-  }
-
-  /// The slot of a key; its frame differs from `frame()` when the key is new.
-  Slot& find(std::uint64_t key) {
-    constexpr std::uint64_t kFibonacci = 0x9E3779B97F4A7C15;  // 2^64 / golden ratio (Knuth, TAOCP 3, 6.4)
-    const std::size_t mask = table_.size() - 1;
-    std::size_t i = static_cast<std::size_t>((key * kFibonacci) >> std::countl_zero(mask));
-    while (table_[i].frame == frame_ && table_[i].key != key) i = (i + 1) & mask;
-    return table_[i];
-  }
-
-  std::uint32_t find_or_add(std::uint64_t key) {
-    Slot& slot = find(key);
-    if (slot.frame == frame_) return slot.leaf;
-    slot = {key, leaves_, frame_};
-    if (2 * ++leaves_ > table_.size()) grow();
-    return leaves_ - 1;
-  }
-
-  [[nodiscard]] std::uint32_t leaves() const { return leaves_; }
-
- private:
-  void grow() {
-    AlignedVector<Slot> old(2 * table_.size(), Slot{});
-    old.swap(table_);
-    for (const Slot& slot : old) {
-      if (slot.frame == frame_) find(slot.key) = slot;
-    }
-  }
-
-  AlignedVector<Slot>& table_;
-  std::uint32_t& frame_;
-  std::uint32_t leaves_ = 0;
-};
-
 /// Numbers the leaves and adds up their points. Neighbours mostly share a leaf, so a run of equal keys is looked up once
 /// and added up in registers.
 void accumulate(const PointCloud& cloud, const Lattice& lattice, VoxelGrid& grid) {
   constexpr std::size_t kStretch = 1024;  // points whose keys are made at a time: 8 KiB
-  LeafTable table(grid);
+  VoxelGrid::Scratch& work = *grid.scratch;
+  work.table.restart();
+  work.keys.clear();
+  work.sums.clear();
   grid.leaf_of.resize(cloud.size());
   grid.point_count.clear();
-  grid.keys.clear();
-  grid.sums.clear();
   alignas(kAlignment) std::array<std::uint64_t, kStretch> keys;
   for (std::size_t first = 0; first < cloud.size(); first += kStretch) {
     const float* const x = cloud.x() + first;
@@ -135,11 +79,11 @@ void accumulate(const PointCloud& cloud, const Lattice& lattice, VoxelGrid& grid
     const std::size_t size = std::min(kStretch, cloud.size() - first);
     for (std::size_t i = 0; i < size;) {
       const std::uint64_t key = keys[i];
-      const std::uint32_t leaf = table.find_or_add(key);
+      const std::uint32_t leaf = work.table.find_or_add(key);
       if (leaf == grid.point_count.size()) {
         grid.point_count.push_back(0);
-        grid.keys.push_back(key);
-        grid.sums.resize(grid.sums.size() + 3, 0.0);
+        work.keys.push_back(key);
+        work.sums.resize(work.sums.size() + 3, 0.0);
       }
       const std::size_t run = i;
       std::array<double, 3> sum{};
@@ -150,24 +94,41 @@ void accumulate(const PointCloud& cloud, const Lattice& lattice, VoxelGrid& grid
         leaf_of[i] = leaf;
       }
       grid.point_count[leaf] += static_cast<std::uint32_t>(i - run);
-      for (std::size_t axis = 0; axis < 3; ++axis) grid.sums[3 * std::size_t{leaf} + axis] += sum[axis];
+      for (std::size_t axis = 0; axis < 3; ++axis) work.sums[3 * std::size_t{leaf} + axis] += sum[axis];
     }
   }
 }
 
 }  // namespace
 
+VoxelGrid::VoxelGrid() : scratch(std::make_unique<Scratch>()) {}
+VoxelGrid::~VoxelGrid() = default;
+VoxelGrid::VoxelGrid(VoxelGrid&&) noexcept = default;
+VoxelGrid& VoxelGrid::operator=(VoxelGrid&&) noexcept = default;
+
+Error too_many_leaves(double leaf_size_m) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "leaf-size: %g", leaf_size_m);
+  return Error{ErrorCode::invalid_argument, std::string(text.data()) +
+                                                " m divides the cloud into more leaves than 63-bit keys can tell apart"
+                                                " (2^31 along an axis); take a larger one"};
+}
+
+Status check_leaf_size(double leaf_size_m) {
+  if (leaf_size_m > 0.0 && std::isfinite(leaf_size_m)) return {};
+  return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
+}
+
 Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid) try {
-  if (!(leaf_size_m > 0.0) || !std::isfinite(leaf_size_m)) {
-    return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
-  }
+  if (Status status = check_leaf_size(leaf_size_m); !status) return status;
   grid.leaves.origin = cloud.origin;
   grid.leaves.source.clear();
   grid.leaves.clear();
+  grid.points = cloud.size();
+  grid.measured = cloud.size();
   if (cloud.empty()) {
     grid.leaf_of.clear();
     grid.point_count.clear();
-    grid.keys.clear();
     return {};
   }
   const Result<Lattice> lattice = make_lattice(cloud, leaf_size_m);
@@ -179,9 +140,9 @@ Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_po
   grid.leaves.width = static_cast<int>(leaves);
   grid.leaves.height = 1;
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
-    const Eigen::Map<const Eigen::Vector3d> sum(&grid.sums[3 * leaf]);
+    const Eigen::Map<const Eigen::Vector3d> sum(&grid.scratch->sums[3 * leaf]);
     const Eigen::Vector3d point =
-        leaf_point == LeafPoint::centroid ? sum / grid.point_count[leaf] : lattice->centre(grid.keys[leaf]);
+        leaf_point == LeafPoint::centroid ? sum / grid.point_count[leaf] : lattice->centre(grid.scratch->keys[leaf]);
     grid.leaves.set(leaf, point.cast<float>());
   }
   return {};

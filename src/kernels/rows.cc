@@ -11,10 +11,22 @@
 #if HWY_ONCE
 namespace fransac::kernels {
 
-HWY_EXPORT(OfferPlane);
+HWY_EXPORT(RunningSums);
+HWY_EXPORT(Rows16);
+HWY_EXPORT(Rows32);
 
-void offer_plane(const float* z, std::size_t n, const RowPlane& plane, float* nearest, float* label) {
-  HWY_DYNAMIC_DISPATCH(OfferPlane)(z, n, plane, nearest, label);
+void running_sums(const std::uint16_t* raw, std::size_t n, std::uint64_t* sums) {
+  HWY_DYNAMIC_DISPATCH(RunningSums)(raw, n, sums);
+}
+
+template <>
+const RowKernels<std::uint16_t>& row_kernels() {
+  return *HWY_DYNAMIC_DISPATCH(Rows16)();
+}
+
+template <>
+const RowKernels<float>& row_kernels() {
+  return *HWY_DYNAMIC_DISPATCH(Rows32)();
 }
 
 }  // namespace fransac::kernels

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From plane equations to a label per pixel or point, and each plane's evidence.
+/// From plane equations to a label per pixel or point, and each plane's evidence: inliers, rms and visible area.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
+#include "filter/depth_rows.hpp"
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/camera.hpp"
 #include "fransac/core/depth_image.hpp"
 #include "fransac/filter/pass_through.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/planes/segment.hpp"
+#include "planes/image_plane.hpp"
 
 namespace fransac {
 
@@ -17,29 +22,46 @@ struct LabelRule {
   const AxisLimits* limits = nullptr;  ///< Null: everywhere.
 };
 
-/// Buffers of one image row, padded with zeros (no depth) to whole blocks.
-struct RowBuffers {
-  AlignedVector<float> depth;
-  AlignedVector<float> distance;
-  AlignedVector<float> label;
+/// Sums over the pixels of a plane.
+struct PlaneEvidence {
+  std::uint64_t count = 0;
+  double squared_distance = 0.0;
+  double cubed_depth = 0.0;  ///< In raw units.
 
-  void resize(int width);
+  PlaneEvidence& operator+=(const PlaneEvidence& other);
 };
 
-/// A pixel or point gets the plane it is nearest to if that is within the threshold (eq. 1; ties: the smaller label),
-/// kLabelNoPlane otherwise, kLabelNoDepth without a measurement. segmentation.labels must have the input's size.
-/// The image version works on raw depth, |z (n . r) + d| <= t with n . r affine in the column: no XYZ.
-void label_image(const DepthView& depth, const Camera& camera, const LabelRule& rule, RowBuffers& row,
-                 Segmentation& segmentation);
-void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& segmentation);
+/// One task's rows.
+struct LabelTask {
+  DepthRowBuffer row;
+  AlignedVector<std::uint8_t> labels;
+  std::vector<kernels::LabelPlane> planes;
+  std::vector<PlaneEvidence> evidence;
+};
 
+struct LabelBuffers {
+  std::vector<LabelTask> tasks;
+  AlignedVector<ImagePlane> planes;
+};
+
+// A pixel or point gets the plane it is nearest to if that is within the threshold (eq. 1; ties: the smaller label),
+// kLabelNoPlane otherwise, kLabelNoDepth without a measurement. segmentation.labels must have the input's size.
+
+/// Labels a depth image and measures its planes in one go, straight from raw depth, |z (n . r) + d| <= t with n . r affine in the
+/// column: no XYZ. The area is the sum of the pixels' footprints on the plane, z^3 / (fx fy |d|).
+void label_image(const DepthView& depth, const Camera& camera, const LabelRule& rule, int threads, LabelBuffers& buffers,
+                 Segmentation& segmentation);
+/// The paper's way: pixels get the label of their leaf's point. `grid` must have `leaf_of`.
+void label_image_by_leaves(const DepthView& depth, const Camera& camera, const VoxelGrid& grid, double threshold_m, int threads,
+                           LabelBuffers& buffers, Segmentation& segmentation);
+
+void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& segmentation);
 /// The paper's way: `points`, which went into the grid, get the label of their leaf's point.
 void label_leaves(const PointCloud& points, const VoxelGrid& grid, double threshold_m, Segmentation& segmentation);
-
-/// Inliers, rms and visible area of each plane from the labels. Images: the area is the sum of the pixels' footprints,
-/// z^2 / (fx fy |n . r|). Clouds: the occupied cells of a grid on the plane, whose edge is doubled from `cell_m` until a
-/// cell holds four points on average, so that evenly spread points leave few cells empty.
-void measure_image(const DepthView& depth, const Camera& camera, RowBuffers& row, Segmentation& segmentation);
+/// The labels that leaves have.
+std::vector<std::uint8_t> leaf_labels(const PointCloud& leaves, double threshold_m, const std::vector<PlaneSegment>& planes);
+/// Inliers, rms and visible area from the labels. The area is that of the occupied cells of a grid on the plane, whose edge is
+/// doubled from `cell_m` until a cell holds four points on average, so that evenly spread points leave few cells empty.
 void measure_points(const PointCloud& cloud, double cell_m, Segmentation& segmentation);
 
 }  // namespace fransac

@@ -8,21 +8,25 @@
 #include <new>
 #include <string>
 
-#include "fransac/filter/deproject.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/sac/plane_problem.hpp"
 #include "fransac/sac/ransac.hpp"
+#include "planes/depth_data.hpp"
 #include "planes/labelling.hpp"
 #include "planes/methods.hpp"
 
 namespace fransac {
 
 struct Workspace::Impl {
-  PointCloud points;  // the input's measured points, then those within the limits
+  PointCloud points;  // a cloud's measured points, then those within the limits
   VoxelGrid grid;
+  DepthDataBuffers depth;
   PointCloud remaining;  // what is left after peeling planes off
-  sac::RansacWorkspace<Plane> ransac;
-  RowBuffers row;
+  AlignedVector<std::uint16_t> remaining_units;
+  AlignedVector<float> remaining_metres;
+  PointCloud sample;
+  sac::RansacWorkspace<sac::PlaneProblem> ransac;
+  LabelBuffers labels;
 };
 
 Workspace::Workspace() : impl_(std::make_unique<Impl>()) {}
@@ -32,19 +36,26 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
 namespace {
 
-class Stopwatch {
+/// Writes down how long each stage takes.
+class StageClock {
  public:
-  /// Milliseconds since the last call or the start.
-  double lap() {
+  explicit StageClock(Timing& timing) : timing_(timing) {}
+  /// What was done since the last stage or the start was this one.
+  void end(Stage stage) {
     const auto now = Clock::now();
-    const std::chrono::duration<double, std::milli> elapsed = now - last_;
+    timing_.stage_ms[static_cast<std::size_t>(stage)] = milliseconds(last_, now);
+    timing_.total_ms = milliseconds(start_, now);
     last_ = now;
-    return elapsed.count();
   }
 
  private:
   using Clock = std::chrono::steady_clock;
-  Clock::time_point last_ = Clock::now();
+  static double milliseconds(Clock::time_point from, Clock::time_point to) {
+    return std::chrono::duration<double, std::milli>(to - from).count();
+  }
+  Timing& timing_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_ = start_;
 };
 
 Status check(const DepthView& depth, const Camera& camera) {
@@ -70,70 +81,101 @@ Status check(const PointCloud& cloud) {
   return {};
 }
 
-/// What the pipeline needs of an input: its points, and labels in its own layout.
-struct DepthSource {
-  const DepthView& depth;
-  const Camera& camera;
-  static constexpr bool kAxesAreKnown = true;
-
-  [[nodiscard]] Status check() const { return fransac::check(depth, camera); }
-  [[nodiscard]] int width() const { return depth.width(); }
-  [[nodiscard]] int height() const { return depth.height(); }
-  void points(PointCloud& out) const { deproject(depth, camera, out); }
-  void label(const LabelRule& rule, Workspace::Impl& work, Segmentation& s) const {
-    label_image(depth, camera, rule, work.row, s);
-  }
-  void measure(double /*cell_m*/, Workspace::Impl& work, Segmentation& s) const { measure_image(depth, camera, work.row, s); }
-};
-
-struct CloudSource {
-  const PointCloud& cloud;
-  static constexpr bool kAxesAreKnown = false;
-
-  [[nodiscard]] Status check() const { return fransac::check(cloud); }
-  [[nodiscard]] int width() const { return cloud.organised() ? cloud.width : static_cast<int>(cloud.size()); }
-  [[nodiscard]] int height() const { return cloud.organised() ? cloud.height : 1; }
-  void points(PointCloud& out) const {
-    out = cloud;
-    out.source.clear();  // labels belong to this cloud's points, whatever it was filtered from
-    remove_unmeasured(out);
-  }
-  void label(const LabelRule& rule, Workspace::Impl& /*work*/, Segmentation& s) const { label_points(cloud, rule, s); }
-  void measure(double cell_m, Workspace::Impl& /*work*/, Segmentation& s) const { measure_points(cloud, cell_m, s); }
-};
-
-/// Takes the points within the threshold of the plane (local coordinates) out of the cloud.
-void remove_inliers(const Plane& plane, double threshold_m, PointCloud& cloud) {
-  std::size_t k = 0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3d p = cloud.local(i);
-    if (std::abs(plane.signed_distance(p)) <= threshold_m) continue;
-    cloud.set(k++, p.cast<float>());
-  }
-  cloud.resize_uninitialised(k);
+Status require_points(std::uint64_t points, const char* where) {
+  if (points >= 3) return {};
+  return Error{ErrorCode::no_data, "a plane needs three points, there are " + std::to_string(points) + " " + where};
 }
 
-sac::RansacOptions ransac_options(const SegmentOptions& options, const MethodParts& parts) {
+sac::RansacOptions ransac_options(const SegmentOptions& options) {
   sac::RansacOptions r;
   r.probability = options.ransac.probability;
   r.max_iterations = static_cast<std::uint32_t>(options.ransac.max_iterations);
-  r.pretest_points = options.ransac.pretest_points.value_or(parts.pretest_points);
+  r.pretest_points = options.ransac.pretest_points.value_or(parts_of(options.method).pretest_points);
   r.local_optimisation = options.ransac.local_optimisation;
   r.seed = options.seed;
   r.threads = options.threads;
   return r;
 }
 
+/// The points that planes are peeled off: a cloud, or the leaves of one.
+class CloudPeeler {
+ public:
+  CloudPeeler(const PointCloud& cloud, int threads, PointCloud& remaining)
+      : cloud_(&cloud), remaining_(&remaining), threads_(threads) {
+    data_.emplace(cloud, threads);
+  }
+  [[nodiscard]] const sac::PlaneData& data() const { return *data_; }
+  [[nodiscard]] const Eigen::Vector3d& origin() const { return cloud_->origin; }
+
+  /// Takes away the points within the threshold of the plane (local coordinates).
+  void remove(const Plane& plane, double threshold_m) {
+    remaining_->origin = cloud_->origin;
+    if (cloud_ != remaining_) remaining_->resize_uninitialised(cloud_->size());
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < cloud_->size(); ++i) {
+      const Eigen::Vector3d p = cloud_->local(i);
+      if (std::abs(plane.signed_distance(p)) > threshold_m) remaining_->set(k++, p.cast<float>());
+    }
+    remaining_->resize_uninitialised(k);
+    cloud_ = remaining_;
+    data_.emplace(*cloud_, threads_);
+  }
+
+ private:
+  const PointCloud* cloud_;
+  PointCloud* remaining_;
+  int threads_;
+  std::optional<sac::CloudData> data_;
+};
+
+/// The pixels that planes are peeled off.
+template <class Raw>
+class DepthPeeler {
+ public:
+  DepthPeeler(const DepthRows<Raw>& rows, int threads, DepthDataBuffers& buffers, AlignedVector<Raw>& remaining)
+      : rows_(rows), buffers_(&buffers), remaining_(&remaining), threads_(threads) {
+    data_.emplace(rows_, threads, buffers);
+  }
+  [[nodiscard]] const DepthData<Raw>& data() const { return *data_; }
+  [[nodiscard]] static Eigen::Vector3d origin() { return Eigen::Vector3d::Zero(); }
+
+  void remove(const Plane& plane, double threshold_m) {
+    const ImagePlane image_plane(plane, rows_.camera(), rows_.view().metres_per_unit());
+    const std::size_t width = rows_.padded_width();
+    remaining_->resize(width * static_cast<std::size_t>(rows_.height()));
+    DepthRowBuffer& buffer = buffers_->rows.front();
+    for (int v = 0; v < rows_.height(); ++v) {
+      const Raw* const kept = rows_.row(v, buffer).kept;
+      Raw* const out = remaining_->data() + static_cast<std::size_t>(v) * width;
+      const kernels::RowPlane row = image_plane.row(v);
+      for (std::size_t u = 0; u < width; ++u) {
+        const float distance = static_cast<float>(kept[u]) * (row.ramp.base + row.ramp.step * static_cast<float>(u)) + row.d;
+        out[u] = std::abs(distance) > static_cast<float>(threshold_m) ? kept[u] : Raw{0};
+      }
+    }
+    view_ = rows_.view().in_memory(remaining_->data(), static_cast<std::ptrdiff_t>(width * sizeof(Raw)));
+    rows_ = DepthRows<Raw>(view_, rows_.camera(), nullptr);
+    data_.emplace(rows_, threads_, *buffers_);
+  }
+
+ private:
+  DepthView view_;
+  DepthRows<Raw> rows_;
+  DepthDataBuffers* buffers_;
+  AlignedVector<Raw>* remaining_;
+  int threads_;
+  std::optional<DepthData<Raw>> data_;
+};
+
 /// Finds planes one by one, each in what the ones before left over. Planes are in the input's coordinates, most support first.
-Status peel_planes(const PointCloud& sampled, const SegmentOptions& options, const MethodParts& parts, Workspace::Impl& work,
-                   Segmentation& result) {
+template <class Peeler>
+Status peel_planes(Peeler& peeler, const SegmentOptions& options, Workspace::Impl& work, Segmentation& result) {
   const double threshold = options.ransac.threshold_m;
   const int max_planes = options.max_planes == 0 ? kMaxPlanes : options.max_planes;
-  const double min_support = std::max(3.0, options.min_support * static_cast<double>(sampled.size()));
-  sac::RansacOptions ransac = ransac_options(options, parts);
-  const PointCloud* cloud = &sampled;
-  while (static_cast<int>(result.planes.size()) < max_planes) {
-    const sac::PlaneProblem problem(*cloud, threshold, options.ransac.scoring);
+  const double min_support = std::max(3.0, options.min_support * static_cast<double>(result.sampled_points));
+  sac::RansacOptions ransac = ransac_options(options);
+  for (;;) {
+    const sac::PlaneProblem problem(peeler.data(), threshold, options.ransac.scoring, ransac.seed, ransac.round, work.sample);
     const sac::RansacResult<Plane> found = sac::ransac(problem, ransac, work.ransac);
     result.iterations += found.iterations;
     result.rejected += found.rejected;
@@ -149,18 +191,16 @@ Status peel_planes(const PointCloud& sampled, const SegmentOptions& options, con
 
     Plane plane = *found.model;
     if (options.ransac.refine) {
-      const std::optional<sac::PlaneFit> fit = sac::fit_plane(sac::inlier_moments(*cloud, plane, threshold));
+      const auto fit = sac::fit_plane(peeler.data().inlier_moments(plane, static_cast<float>(threshold)));
       if (fit) plane = fit->plane;
     }
     PlaneSegment& segment = result.planes.emplace_back();
-    segment.plane = translated(plane, -cloud->origin);
+    segment.plane = translated(plane, -peeler.origin());
     segment.support = found.score.inliers;
     segment.iterations = found.iterations;
     segment.stop_reason = found.stop_reason;
     if (static_cast<int>(result.planes.size()) == max_planes) break;
-    if (cloud == &sampled) work.remaining = sampled;
-    cloud = &work.remaining;
-    remove_inliers(plane, threshold, work.remaining);
+    peeler.remove(plane, threshold);
     ++ransac.round;
   }
   std::stable_sort(result.planes.begin(), result.planes.end(),
@@ -169,10 +209,122 @@ Status peel_planes(const PointCloud& sampled, const SegmentOptions& options, con
   return {};
 }
 
-Status require_points(const PointCloud& points, const char* where) {
-  if (points.size() >= 3) return {};
-  return Error{ErrorCode::no_data, "a plane needs three points, there are " + std::to_string(points.size()) + " " + where};
-}
+/// What a run does, once options, method and kind of input have been put together.
+struct Recipe {
+  const SegmentOptions& options;
+  bool voxel_grid;
+  const AxisLimits* limits;  ///< Null: no pass-through.
+  [[nodiscard]] bool labels_from_leaves() const { return voxel_grid && options.labels_from == LabelsFrom::leaves; }
+};
+
+constexpr const char* kMeasured = "with a measurement";
+constexpr const char* kWithinLimits = "within the pass-through limits";
+constexpr const char* kAfterGrid = "after the voxel grid (leaf-size)";
+
+struct DepthSource {
+  const DepthView& depth;
+  const Camera& camera;
+  static constexpr bool kAxesAreKnown = true;
+
+  [[nodiscard]] Status check() const { return fransac::check(depth, camera); }
+  [[nodiscard]] int width() const { return depth.width(); }
+  [[nodiscard]] int height() const { return depth.height(); }
+
+  /// Pixels never become a cloud: the voxel grid, or RANSAC itself, reads raw depth.
+  Status find(const Recipe& recipe, Workspace::Impl& work, StageClock& clock, Segmentation& result) const {
+    const SegmentOptions& options = recipe.options;
+    if (recipe.voxel_grid) {
+      const DepthGridOptions grid{.leaf_size_m = options.voxel_grid.leaf_size_m,
+                                  .leaf_point = options.voxel_grid.leaf_point,
+                                  .limits = recipe.limits,
+                                  .leaf_of = recipe.labels_from_leaves(),
+                                  .threads = options.threads};
+      if (Status status = voxel_grid(depth, camera, grid, work.grid); !status) return status;
+      if (Status status = count(work.grid.measured, work.grid.points, work.grid.leaves.size(), result); !status) return status;
+      clock.end(Stage::voxel_grid);
+      CloudPeeler peeler(work.grid.leaves, options.threads, work.remaining);
+      return peel_planes(peeler, options, work, result);
+    }
+    if (depth.format() == DepthFormat::uint16) return find_in_pixels(recipe, work.remaining_units, work, result);
+    return find_in_pixels(recipe, work.remaining_metres, work, result);
+  }
+
+  void label(const Recipe& recipe, Workspace::Impl& work, Segmentation& s) const {
+    const double threshold = recipe.options.ransac.threshold_m;
+    if (recipe.labels_from_leaves()) {
+      label_image_by_leaves(depth, camera, work.grid, threshold, recipe.options.threads, work.labels, s);
+    } else {
+      label_image(depth, camera, {threshold, recipe.limits}, recipe.options.threads, work.labels, s);
+    }
+  }
+
+ private:
+  static Status count(std::uint64_t measured, std::uint64_t kept, std::uint64_t sampled, Segmentation& result) {
+    result.valid_points = measured;
+    result.sampled_points = sampled;
+    if (Status status = require_points(measured, kMeasured); !status) return status;
+    if (Status status = require_points(kept, kWithinLimits); !status) return status;
+    return require_points(sampled, kAfterGrid);
+  }
+
+  template <class Raw>
+  Status find_in_pixels(const Recipe& recipe, AlignedVector<Raw>& remaining, Workspace::Impl& work, Segmentation& result) const {
+    const DepthRows<Raw> rows(depth, camera, recipe.limits);
+    DepthPeeler<Raw> peeler(rows, recipe.options.threads, work.depth, remaining);
+    const std::uint64_t kept = peeler.data().size();
+    if (Status status = count(peeler.data().measured(), kept, kept, result); !status) return status;
+    return peel_planes(peeler, recipe.options, work, result);
+  }
+};
+
+struct CloudSource {
+  const PointCloud& cloud;
+  static constexpr bool kAxesAreKnown = false;
+
+  [[nodiscard]] Status check() const { return fransac::check(cloud); }
+  [[nodiscard]] int width() const { return cloud.organised() ? cloud.width : static_cast<int>(cloud.size()); }
+  [[nodiscard]] int height() const { return cloud.organised() ? cloud.height : 1; }
+
+  Status find(const Recipe& recipe, Workspace::Impl& work, StageClock& clock, Segmentation& result) const {
+    const SegmentOptions& options = recipe.options;
+    work.points = cloud;
+    work.points.source.clear();  // labels belong to this cloud's points, whatever it was filtered from
+    remove_unmeasured(work.points);
+    result.valid_points = work.points.size();
+    if (Status status = require_points(work.points.size(), kMeasured); !status) return status;
+    clock.end(Stage::deproject);
+    if (recipe.limits != nullptr) {
+      pass_through(*recipe.limits, work.points);
+      if (Status status = require_points(work.points.size(), kWithinLimits); !status) return status;
+      clock.end(Stage::pass_through);
+    }
+    const PointCloud* sampled = &work.points;
+    if (recipe.voxel_grid) {
+      Status status = voxel_grid(work.points, options.voxel_grid.leaf_size_m, options.voxel_grid.leaf_point, work.grid);
+      if (!status) return status;
+      sampled = &work.grid.leaves;
+      if (status = require_points(sampled->size(), kAfterGrid); !status) return status;
+      clock.end(Stage::voxel_grid);
+    }
+    result.sampled_points = sampled->size();
+    CloudPeeler peeler(*sampled, options.threads, work.remaining);
+    return peel_planes(peeler, options, work, result);
+  }
+
+  void label(const Recipe& recipe, Workspace::Impl& work, Segmentation& s) const {
+    const LabelRule rule{recipe.options.ransac.threshold_m, recipe.limits};
+    if (recipe.labels_from_leaves()) {
+      std::vector<PlaneSegment> planes;
+      planes.swap(s.planes);
+      label_points(cloud, rule, s);  // without planes: only "no depth" and "no plane"
+      planes.swap(s.planes);
+      label_leaves(work.points, work.grid, rule.threshold_m, s);
+    } else {
+      label_points(cloud, rule, s);
+    }
+    measure_points(cloud, recipe.options.voxel_grid.leaf_size_m, s);
+  }
+};
 
 /// The paper's figure 2: depth -> cloud -> pass-through -> voxel grid -> RANSAC -> labels. The other methods leave parts out.
 template <class Source>
@@ -180,48 +332,12 @@ Status run_pipeline(const Source& source, const SegmentOptions& options, Workspa
   const MethodParts parts = parts_of(options.method);
   const bool limits_chosen = options.pass_through.limits != AxisLimits{};
   const bool limited = options.pass_through.use.value_or(limits_chosen || (parts.pass_through && Source::kAxesAreKnown));
-  const auto time_of = [&](Stage stage) -> double& { return result.timing.stage_ms[static_cast<std::size_t>(stage)]; };
-  Stopwatch total;
-  Stopwatch watch;
-
-  source.points(work.points);
-  result.valid_points = work.points.size();
-  if (Status status = require_points(work.points, "with a measurement"); !status) return status;
-  time_of(Stage::deproject) = watch.lap();
-
-  if (limited) {
-    pass_through(options.pass_through.limits, work.points);
-    if (Status status = require_points(work.points, "within the pass-through limits"); !status) return status;
-    time_of(Stage::pass_through) = watch.lap();
-  }
-
-  const PointCloud* sampled = &work.points;
-  if (parts.voxel_grid) {
-    if (Status status = voxel_grid(work.points, options.voxel_grid.leaf_size_m, options.voxel_grid.leaf_point, work.grid);
-        !status)
-      return status;
-    sampled = &work.grid.leaves;
-    if (Status status = require_points(*sampled, "after the voxel grid (leaf-size)"); !status) return status;
-    time_of(Stage::voxel_grid) = watch.lap();
-  }
-  result.sampled_points = sampled->size();
-
-  if (Status status = peel_planes(*sampled, options, parts, work, result); !status) return status;
-  time_of(Stage::ransac) = watch.lap();
-
-  const LabelRule rule{options.ransac.threshold_m, limited ? &options.pass_through.limits : nullptr};
-  if (options.labels_from == LabelsFrom::leaves && parts.voxel_grid) {
-    std::vector<PlaneSegment> planes;
-    planes.swap(result.planes);
-    source.label(rule, work, result);  // without planes: only "no depth" and "no plane"
-    planes.swap(result.planes);
-    label_leaves(work.points, work.grid, rule.threshold_m, result);
-  } else {
-    source.label(rule, work, result);
-  }
-  source.measure(options.voxel_grid.leaf_size_m, work, result);
-  time_of(Stage::labels) = watch.lap();
-  result.timing.total_ms = total.lap();
+  const Recipe recipe{options, parts.voxel_grid, limited ? &options.pass_through.limits : nullptr};
+  StageClock clock(result.timing);
+  if (Status status = source.find(recipe, work, clock, result); !status) return status;
+  clock.end(Stage::ransac);
+  source.label(recipe, work, result);
+  clock.end(Stage::labels);
   return {};
 }
 

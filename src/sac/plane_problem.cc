@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
+#include "fransac/core/parallel.hpp"
 #include "kernels/points.h"
 
 namespace fransac::sac {
@@ -18,10 +20,30 @@ kernels::PlaneF to_float(const Plane& plane) {
           static_cast<float>(plane.d)};
 }
 
-/// Moments of the inliers among `size` (whole blocks) points from `first` on.
-Moments stretch_moments(const PointCloud& cloud, std::size_t first, std::size_t size, const Plane& plane, float threshold) {
-  const kernels::InlierMoments m =
-      kernels::inlier_moments(cloud.x() + first, cloud.y() + first, cloud.z() + first, size, to_float(plane), threshold);
+/// Blocks of points [first, end) of a cloud, as kernels want them.
+struct Stretch {
+  const float* x;
+  const float* y;
+  const float* z;
+  std::size_t size;
+};
+
+Stretch stretch(const PointCloud& cloud, std::size_t first, std::size_t end) {
+  return {cloud.x() + first, cloud.y() + first, cloud.z() + first, end - first};
+}
+
+/// Score of a stretch that is short enough for a float to hold its gain.
+Score score_of(const Stretch& s, const kernels::PlaneF& plane, float threshold, Scoring scoring) {
+  if (scoring == Scoring::inliers) {
+    const std::uint32_t inliers = kernels::count_inliers(s.x, s.y, s.z, s.size, plane, threshold);
+    return {static_cast<double>(inliers), inliers};
+  }
+  const kernels::Msac msac = kernels::msac(s.x, s.y, s.z, s.size, plane, threshold);
+  return {static_cast<double>(msac.gain), msac.inliers};
+}
+
+Moments moments_of(const Stretch& stretch, const kernels::PlaneF& plane, float threshold) {
+  const kernels::InlierMoments m = kernels::inlier_moments(stretch.x, stretch.y, stretch.z, stretch.size, plane, threshold);
   const double* const s = m.sums;
   Moments moments;
   moments.count = m.count;
@@ -30,63 +52,117 @@ Moments stretch_moments(const PointCloud& cloud, std::size_t first, std::size_t 
   return moments;
 }
 
+/// What one task looks at; fixed, so that sums do not depend on the number of threads.
+constexpr std::size_t kTaskPoints = std::size_t{1} << 16;
+/// Points whose MSAC gain a float holds well, and which stay in the first-level cache (3 x 8 KiB).
+constexpr std::size_t kStretchPoints = 2048;
+
+/// Adds up part(first, end) over the tasks of a cloud, in order.
+template <class Sum, class Part>
+Sum sum_over_tasks(const PointCloud& cloud, int threads, const Part& part) {
+  const std::size_t n = cloud.padded_size();
+  const std::size_t tasks = (n + kTaskPoints - 1) / kTaskPoints;
+  const auto of_task = [&](std::size_t task) { return part(task * kTaskPoints, std::min(n, (task + 1) * kTaskPoints)); };
+  Sum sum{};
+  if (tasks <= 1 || threads == 1) {
+    for (std::size_t task = 0; task < tasks; ++task) sum += of_task(task);
+    return sum;
+  }
+  std::vector<Sum> parts(tasks);
+  parallel_for(threads, tasks, [&](std::size_t task) { parts[task] = of_task(task); });
+  for (const Sum& p : parts) sum += p;
+  return sum;
+}
+
 }  // namespace
 
+Score& operator+=(Score& sum, const Score& part) {
+  sum.value += part.value;
+  sum.inliers += part.inliers;
+  return sum;
+}
+
+void CloudData::draw(RandomStream& random, std::uint32_t n, PointCloud& sample) const {
+  if (n >= cloud_->size()) {
+    sample = *cloud_;
+    return;
+  }
+  sample.origin = cloud_->origin;
+  sample.source.clear();
+  sample.resize_uninitialised(n);
+  const auto size = static_cast<std::uint32_t>(cloud_->size());
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::uint32_t i = random.below(size);
+    sample.x()[k] = cloud_->x()[i];
+    sample.y()[k] = cloud_->y()[i];
+    sample.z()[k] = cloud_->z()[i];
+  }
+}
+
+Score CloudData::score(const Plane& plane, float threshold, Scoring scoring, const Score& to_beat) const {
+  const kernels::PlaneF plane_f = to_float(plane);
+  const auto part = [&](std::size_t first, std::size_t end) {
+    Score sum;
+    for (; first < end; first += kStretchPoints) {
+      sum += score_of(stretch(*cloud_, first, std::min(end, first + kStretchPoints)), plane_f, threshold, scoring);
+    }
+    return sum;
+  };
+  if (threads_ != 1) return sum_over_tasks<Score>(*cloud_, threads_, part);
+  // Bail-out: a point adds at most 1, so after some tasks a plane may be unable to win. Exact: it costs nothing but losers.
+  Score sum;
+  for (std::size_t first = 0; first < cloud_->padded_size(); first += kTaskPoints) {
+    if (sum.value + static_cast<double>(cloud_->size() - first) <= to_beat.value) break;
+    sum += part(first, std::min(cloud_->padded_size(), first + kTaskPoints));
+  }
+  return sum;
+}
+
+Moments CloudData::inlier_moments(const Plane& plane, float threshold) const {
+  const kernels::PlaneF plane_f = to_float(plane);
+  return sum_over_tasks<Moments>(*cloud_, threads_, [&](std::size_t first, std::size_t end) {
+    return moments_of(stretch(*cloud_, first, end), plane_f, threshold);
+  });
+}
+
+PlaneProblem::PlaneProblem(const PlaneData& data, double threshold_m, Scoring scoring, std::uint64_t seed, std::uint32_t round,
+                           PointCloud& sample)
+    : data_(&data), sample_(&sample), threshold_(std::max(static_cast<float>(threshold_m), kMinThreshold)), scoring_(scoring) {
+  constexpr std::uint64_t kStream = 0xFFFFFFFF;  // no hypothesis has this number
+  RandomStream random(seed, (std::uint64_t{round} << 32) + kStream);
+  data.draw(random, kSampledData, sample);
+}
+
 std::optional<Plane> PlaneProblem::generate(const std::array<std::uint32_t, 3>& sample) const {
-  return plane_through(cloud_->local(sample[0]), cloud_->local(sample[1]), cloud_->local(sample[2]));
+  return plane_through(sample_->local(sample[0]), sample_->local(sample[1]), sample_->local(sample[2]));
 }
 
 bool PlaneProblem::is_inlier(const Plane& plane, std::uint32_t i) const {
-  return std::abs(plane.signed_distance(cloud_->local(i))) <= static_cast<double>(threshold_);
+  return std::abs(plane.signed_distance(sample_->local(i))) <= static_cast<double>(threshold_);
 }
 
-void PlaneProblem::score(std::span<const Plane> planes, const Score& to_beat, std::span<Score> scores) const {
-  // A stretch of points that stays in the first-level cache (3 x 8 KiB) while every plane looks at it.
-  constexpr std::size_t kStretch = 2048;
-  constexpr std::size_t kMaxPlanes = 64;
-  if (planes.size() > kMaxPlanes) {
-    score(planes.first(kMaxPlanes), to_beat, scores.first(kMaxPlanes));
-    score(planes.subspan(kMaxPlanes), to_beat, scores.subspan(kMaxPlanes));
-    return;
-  }
-  std::array<kernels::PlaneF, kMaxPlanes> plane_f{};
-  std::transform(planes.begin(), planes.end(), plane_f.begin(), to_float);
-  std::fill(scores.begin(), scores.end(), Score{});
-
-  const std::size_t n = cloud_->padded_size();
-  for (std::size_t first = 0; first < n; first += kStretch) {
-    const std::size_t size = std::min(kStretch, n - first);
-    const float* const x = cloud_->x() + first;
-    const float* const y = cloud_->y() + first;
-    const float* const z = cloud_->z() + first;
-    for (std::size_t m = 0; m < planes.size(); ++m) {
-      // Bail-out: a point adds at most 1, so this plane can no longer win. Exact: it costs nothing but losers.
-      const auto remaining = static_cast<double>(cloud_->size() - first);
-      if (scores[m].value + remaining <= to_beat.value) continue;
-      if (scoring_ == Scoring::inliers) {
-        scores[m].inliers += kernels::count_inliers(x, y, z, size, plane_f[m], threshold_);
-        scores[m].value = static_cast<double>(scores[m].inliers);
-      } else {
-        const kernels::Msac part = kernels::msac(x, y, z, size, plane_f[m], threshold_);
-        scores[m].inliers += part.inliers;
-        scores[m].value += static_cast<double>(part.gain);
+void PlaneProblem::score(std::span<const Plane> planes, const Bar& bar, std::span<SampleScore> scores) const {
+  for (std::size_t m = 0; m < planes.size(); ++m) {
+    const kernels::PlaneF plane = to_float(planes[m]);
+    scores[m] = {};
+    Score sum;
+    std::size_t first = 0;
+    for (std::size_t c = 0; c < kCheckpoints.size(); ++c) {
+      const std::size_t end = std::min<std::size_t>(kCheckpoints[c], sample_->padded_size());
+      for (; first < end; first += kStretchPoints) {
+        sum += score_of(stretch(*sample_, first, std::min(end, first + kStretchPoints)), plane, threshold_, scoring_);
       }
+      first = end;
+      scores[m].value[c] = sum.value;
+      if (!bar.passed_at(c, sum.value)) break;
     }
+    scores[m].inliers = sum.inliers;
   }
 }
 
 std::optional<Plane> PlaneProblem::refine(const Plane& plane) const {
-  // Some ten thousand inliers fix a plane far better than its noise matters to the score; a larger cloud is looked at in
-  // evenly spread stretches.
-  constexpr std::size_t kEnough = 32768;
-  constexpr std::size_t kStretch = 256;
-  const std::size_t n = cloud_->padded_size();
-  const std::size_t step = std::max<std::size_t>(n / kEnough, 1) * kStretch;
-  Moments moments;
-  for (std::size_t first = 0; first < n; first += step) {
-    moments += stretch_moments(*cloud_, first, std::min(kStretch, n - first), plane, threshold_);
-  }
-  const std::optional<PlaneFit> fit = fit_plane(moments);
+  const std::optional<PlaneFit> fit =
+      fit_plane(moments_of(stretch(*sample_, 0, sample_->padded_size()), to_float(plane), threshold_));
   if (!fit) return std::nullopt;
   return fit->plane;
 }
@@ -119,10 +195,6 @@ std::optional<PlaneFit> fit_plane(const Moments& moments) {
   const std::optional<Plane> plane = make_plane(normal, -normal.dot(mean));
   if (!plane) return std::nullopt;
   return PlaneFit{*plane, moments.count, std::sqrt(std::max(0.0, variance[0]))};
-}
-
-Moments inlier_moments(const PointCloud& cloud, const Plane& plane, double threshold_m) {
-  return stretch_moments(cloud, 0, cloud.padded_size(), plane, static_cast<float>(threshold_m));
 }
 
 }  // namespace fransac::sac

@@ -28,6 +28,9 @@ class DepthView {
   /// The same for values in metres.
   static DepthView from_float(const float* data, int width, int height, std::ptrdiff_t row_stride_bytes = 0);
 
+  /// An image of the same size, format and scale in other memory.
+  [[nodiscard]] DepthView in_memory(const void* data, std::ptrdiff_t row_stride_bytes) const;
+
   [[nodiscard]] DepthFormat format() const { return format_; }
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }

@@ -30,7 +30,8 @@ struct PlaneSegment {
                          ///< grid on the plane.
 };
 
-/// The stages of a segmentation, in the order of the paper's figure 2.
+/// The stages of a segmentation, in the order of the paper's figure 2. Of a depth image, no cloud is ever made: pixels are
+/// deprojected and passed through within the stage that reads them, the voxel grid or else RANSAC.
 enum class Stage { deproject, pass_through, voxel_grid, ransac, labels };
 inline constexpr int kStages = 5;
 template <>

@@ -20,31 +20,6 @@ enum class Scoring {
   msac,     ///< The sum over the inliers of 1 - (r / t)^2: the truncated squared loss of MSAC (Torr & Zisserman 2000).
 };
 
-/// A plane in the cloud's local coordinates; three points; eq. (1): inlier when |n . p + d| <= t.
-class PlaneProblem {
- public:
-  using Model = Plane;
-  static constexpr int kSampleSize = 3;
-
-  /// `cloud` (all points finite, at most 2^32 - 1 of them) must outlive the problem. `threshold_m` is t.
-  PlaneProblem(const PointCloud& cloud, double threshold_m, Scoring scoring)
-      : cloud_(&cloud), threshold_(std::max(static_cast<float>(threshold_m), kMinThreshold)), scoring_(scoring) {}
-
-  [[nodiscard]] std::uint32_t num_data() const { return static_cast<std::uint32_t>(cloud_->size()); }
-  [[nodiscard]] std::optional<Plane> generate(const std::array<std::uint32_t, 3>& sample) const;
-  [[nodiscard]] bool is_inlier(const Plane& plane, std::uint32_t i) const;
-  void score(std::span<const Plane> planes, const Score& to_beat, std::span<Score> scores) const;
-  /// Least squares on the plane's inliers; in large clouds on those of evenly spread stretches, some ten thousand points.
-  [[nodiscard]] std::optional<Plane> refine(const Plane& plane) const;
-
- private:
-  static constexpr float kMinThreshold = 1e-20F;  // its inverse, times any residual, is still a float
-
-  const PointCloud* cloud_;
-  float threshold_;
-  Scoring scoring_;
-};
-
 /// A plane fitted by total least squares, with its evidence.
 struct PlaneFit {
   Plane plane;
@@ -68,7 +43,71 @@ struct Moments {
 /// The moments must be taken about a point near the data (the cloud's local coordinates); `plane` is in those.
 std::optional<PlaneFit> fit_plane(const Moments& moments);
 
-/// Moments of the points of the cloud (local coordinates) within `threshold_m` of the plane.
-Moments inlier_moments(const PointCloud& cloud, const Plane& plane, double threshold_m);
+/// All the data that a plane is searched in, wherever they are. Points are as in `PlaneProblem`: in one frame of coordinates.
+class PlaneData {
+ public:
+  PlaneData() = default;
+  PlaneData(const PlaneData&) = delete;
+  PlaneData& operator=(const PlaneData&) = delete;
+  virtual ~PlaneData() = default;
+
+  /// The number of points.
+  [[nodiscard]] virtual std::uint64_t size() const = 0;
+  /// Writes `n` points, drawn independently with replacement, to `sample` (capacity is kept); all of them in order when `n` is
+  /// at least size().
+  virtual void draw(RandomStream& random, std::uint32_t n, PointCloud& sample) const = 0;
+  /// Support of a plane; when that cannot be more than `to_beat.value`, any score that is not.
+  [[nodiscard]] virtual Score score(const Plane& plane, float threshold, Scoring scoring, const Score& to_beat) const = 0;
+  /// Moments of the points within the threshold.
+  [[nodiscard]] virtual Moments inlier_moments(const Plane& plane, float threshold) const = 0;
+};
+
+/// The points of a cloud (all finite), in its local coordinates.
+class CloudData final : public PlaneData {
+ public:
+  /// `cloud` must outlive this. `threads`: 0 all cores; never changes the answer.
+  explicit CloudData(const PointCloud& cloud, int threads = 1) : cloud_(&cloud), threads_(threads) {}
+
+  [[nodiscard]] std::uint64_t size() const override { return cloud_->size(); }
+  void draw(RandomStream& random, std::uint32_t n, PointCloud& sample) const override;
+  [[nodiscard]] Score score(const Plane& plane, float threshold, Scoring scoring, const Score& to_beat) const override;
+  [[nodiscard]] Moments inlier_moments(const Plane& plane, float threshold) const override;
+
+ private:
+  const PointCloud* cloud_;
+  int threads_;
+};
+
+/// Thresholds below this are taken for it: its inverse, times any residual, is still a float.
+inline constexpr float kMinThreshold = 1e-20F;
+
+/// A plane through three points; eq. (1): inlier when |n . p + d| <= t.
+class PlaneProblem {
+ public:
+  using Model = Plane;
+  static constexpr int kSampleSize = 3;
+
+  /// Draws the sample of `data` that hypotheses are made of and first compared on, into `sample`; both must outlive the problem.
+  /// `threshold_m` is t. The draw is a function of `seed` and `round` alone.
+  PlaneProblem(const PlaneData& data, double threshold_m, Scoring scoring, std::uint64_t seed, std::uint32_t round,
+               PointCloud& sample);
+
+  [[nodiscard]] std::uint64_t num_data() const { return data_->size(); }
+  [[nodiscard]] std::uint32_t num_sampled() const { return static_cast<std::uint32_t>(sample_->size()); }
+  [[nodiscard]] std::optional<Plane> generate(const std::array<std::uint32_t, 3>& sample) const;
+  [[nodiscard]] bool is_inlier(const Plane& plane, std::uint32_t i) const;
+  void score(std::span<const Plane> planes, const Bar& bar, std::span<SampleScore> scores) const;
+  /// Least squares on the plane's sampled inliers.
+  [[nodiscard]] std::optional<Plane> refine(const Plane& plane) const;
+  [[nodiscard]] Score verify(const Plane& plane, const Score& to_beat) const {
+    return data_->score(plane, threshold_, scoring_, to_beat);
+  }
+
+ private:
+  const PlaneData* data_;
+  const PointCloud* sample_;
+  float threshold_;
+  Scoring scoring_;
+};
 
 }  // namespace fransac::sac

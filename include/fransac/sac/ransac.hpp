@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The sampling loop. Every RANSAC variant in this project is a choice of pre-test, scorer and stopping rule for this
 /// one loop; there is no second one.
+///
+/// The loop works on a sample of the data (all of them when they are few): minimal samples, first scores and local
+/// optimisation come from it, and only what does well there is verified on all data. sac/preemption.hpp says what that costs.
 #pragma once
 
 #include <algorithm>
@@ -14,40 +17,46 @@
 
 #include "fransac/core/parallel.hpp"
 #include "fransac/core/random.hpp"
+#include "fransac/sac/preemption.hpp"
 #include "fransac/sac/stopping.hpp"
 
 namespace fransac::sac {
 
-/// How well the data support a model. `value` is what is maximised; `inliers` is what eq. (2) looks at.
+/// How well all data support a model. `value` is what is maximised; `inliers` is what eq. (2) looks at.
 struct Score {
   double value = 0.0;
   std::uint64_t inliers = 0;
 };
+Score& operator+=(Score& sum, const Score& part);
 
 /// What the loop needs to know of a problem. All members are const and may be called from several threads at once.
 template <class P>
 concept SamplingProblem = requires(const P& problem, const std::array<std::uint32_t, P::kSampleSize>& sample,
                                    const typename P::Model& model, std::span<const typename P::Model> models,
-                                   std::span<Score> scores, const Score& to_beat, std::uint32_t i) {
+                                   std::span<SampleScore> scores, const Bar& bar, const Score& to_beat, std::uint32_t i) {
   /// The size of a minimal sample.
   { P::kSampleSize } -> std::convertible_to<int>;
-  /// The number of data; a sample is distinct numbers below it.
-  { problem.num_data() } -> std::convertible_to<std::uint32_t>;
+  /// The number of all data.
+  { problem.num_data() } -> std::convertible_to<std::uint64_t>;
+  /// The number of sampled data, all of them or kSampledData; minimal samples are distinct numbers below it.
+  { problem.num_sampled() } -> std::convertible_to<std::uint32_t>;
   /// The model of a minimal sample, or nothing when the sample is degenerate.
   { problem.generate(sample) } -> std::same_as<std::optional<typename P::Model>>;
-  /// Whether datum i is an inlier (eq. 1); asked by the pre-test.
+  /// Whether sampled datum i is an inlier (eq. 1); asked by the pre-test.
   { problem.is_inlier(model, i) } -> std::same_as<bool>;
-  /// Scores every model. A model that cannot reach more than `to_beat.value` may be given any smaller score: bail-out.
-  {problem.score(models, to_beat, scores)};
-  /// A model fitted to the inliers of `model`, or nothing when they do not determine one.
+  /// Scores every model on the sample. A model below the bar at a checkpoint need not be looked at further.
+  {problem.score(models, bar, scores)};
+  /// A model fitted to the sampled inliers of `model`, or nothing when they do not determine one.
   { problem.refine(model) } -> std::same_as<std::optional<typename P::Model>>;
+  /// The score on all data. A model that cannot reach more than `to_beat.value` may be given any smaller score.
+  { problem.verify(model, to_beat) } -> std::same_as<Score>;
 };
 
 struct RansacOptions {
   double probability = 0.99;            ///< p of eq. (2). Zeineldin & El-Fishawy, section 4.
   std::uint32_t max_iterations = 1000;  ///< The cap I, the paper's second stop.
   int pretest_points = 0;               ///< d of T(d,d); 0 is standard RANSAC.
-  bool local_optimisation = true;       ///< Refit every new best model to its inliers while that raises its score (LO-RANSAC).
+  bool local_optimisation = true;       ///< Refit every promising model to its inliers while that raises its score (LO-RANSAC).
   std::uint64_t seed = 0;
   std::uint32_t round = 0;  ///< Tells several searches with one seed apart: hypothesis i draws from stream (round << 32) + i.
   int threads = 1;          ///< 0: all cores. Never changes the answer.
@@ -56,11 +65,12 @@ struct RansacOptions {
 /// Evidence of a run.
 template <class Model>
 struct RansacResult {
-  std::optional<Model> model;  ///< Nothing only when every sample was degenerate or no model had support.
-  Score score;
+  std::optional<Model> model;    ///< Nothing only when every sample was degenerate or no model had support.
+  Score score;                   ///< On all data.
   std::uint64_t iterations = 0;  ///< Hypotheses drawn, pre-tested ones included.
   std::uint64_t rejected = 0;    ///< Hypotheses that failed the pre-test.
   std::uint64_t degenerate = 0;  ///< Samples thrown away and drawn again.
+  std::uint64_t verified = 0;    ///< Models that were scored on all data.
   StopReason stop_reason = StopReason::max_iterations;
 };
 
@@ -81,21 +91,23 @@ namespace detail {
 /// Samples tried per hypothesis before it is left without a model.
 inline constexpr int kMaxSampleAttempts = 100;
 
-template <class Model>
+template <class Problem>
 struct Hypothesis {
-  std::optional<Model> model;
+  std::array<std::uint32_t, Problem::kSampleSize> sample{};
+  std::optional<typename Problem::Model> model;
   std::uint32_t degenerate = 0;
   bool passed = false;
 };
 
 /// Hypothesis i: a pure function of the problem, the seed and i.
 template <SamplingProblem Problem>
-Hypothesis<typename Problem::Model> draw_hypothesis(const Problem& problem, const RansacOptions& options, std::uint64_t i) {
+Hypothesis<Problem> draw_hypothesis(const Problem& problem, const RansacOptions& options, std::uint64_t i) {
   RandomStream random(options.seed, (std::uint64_t{options.round} << 32) + i);
-  Hypothesis<typename Problem::Model> hypothesis;
-  const auto n = static_cast<std::uint32_t>(problem.num_data());
+  Hypothesis<Problem> hypothesis;
+  const auto n = static_cast<std::uint32_t>(problem.num_sampled());
   for (int attempt = 0; attempt < kMaxSampleAttempts && !hypothesis.model; ++attempt) {
-    hypothesis.model = problem.generate(draw_sample<Problem::kSampleSize>(random, n));
+    hypothesis.sample = draw_sample<Problem::kSampleSize>(random, n);
+    hypothesis.model = problem.generate(hypothesis.sample);
     if (!hypothesis.model) ++hypothesis.degenerate;
   }
   hypothesis.passed = hypothesis.model.has_value();
@@ -105,74 +117,95 @@ Hypothesis<typename Problem::Model> draw_hypothesis(const Problem& problem, cons
   return hypothesis;
 }
 
+template <class Model>
+struct Candidate {
+  Model model;
+  SampleScore score;
+};
+
+/// Refits a model to its sampled inliers for as long as that raises its score (LO-RANSAC: Chum, Matas, Kittler 2003).
+template <SamplingProblem Problem>
+void optimise_locally(const Problem& problem, Candidate<typename Problem::Model>& candidate) {
+  constexpr int kMaxRefits = 10;
+  constexpr double kWorthwhile = 1e-3;  // a relative rise below this does not pay for another look at the data
+  for (int refit = 0; refit < kMaxRefits; ++refit) {
+    const std::optional<typename Problem::Model> refined = problem.refine(candidate.model);
+    if (!refined) return;
+    SampleScore score;
+    problem.score(std::span(&*refined, 1), Bar{}, std::span(&score, 1));
+    const double rise = score.total() - candidate.score.total();
+    if (rise <= 0.0) return;
+    candidate = {*refined, score};
+    if (rise < kWorthwhile * score.total()) return;
+  }
+}
+
 }  // namespace detail
 
 /// Buffers of the loop, to be kept between calls.
-template <class Model>
+template <class Problem>
 struct RansacWorkspace {
-  std::vector<detail::Hypothesis<Model>> hypotheses;
-  std::vector<Model> models;
-  std::vector<Score> scores;
+  std::vector<detail::Hypothesis<Problem>> hypotheses;
+  std::vector<typename Problem::Model> models;
+  std::vector<SampleScore> scores;
 };
-
-/// Refits the best model to its inliers for as long as that raises the score (LO-RANSAC: Chum, Matas, Kittler 2003).
-template <SamplingProblem Problem>
-void optimise_locally(const Problem& problem, RansacResult<typename Problem::Model>& best) {
-  constexpr int kMaxRefits = 10;
-  constexpr double kWorthwhile = 1e-3;  // a relative rise below this does not pay for another look at all data
-  for (int refit = 0; refit < kMaxRefits; ++refit) {
-    const std::optional<typename Problem::Model> refined = problem.refine(*best.model);
-    if (!refined) return;
-    Score score;
-    problem.score(std::span(&*refined, 1), best.score, std::span(&score, 1));
-    if (score.value <= best.score.value) return;
-    const double rise = score.value - best.score.value;
-    best.model = refined;
-    best.score = score;
-    if (rise < kWorthwhile * score.value) return;
-  }
-}
 
 /// RANSAC. Hypotheses are drawn and scored in batches, in parallel, and judged one after the other in the order of their
 /// numbers, exactly as a serial loop would: what a batch holds beyond the stopping point is thrown away, so neither the
 /// batch size nor the number of threads can change the answer.
 template <SamplingProblem Problem>
 RansacResult<typename Problem::Model> ransac(const Problem& problem, const RansacOptions& options,
-                                             RansacWorkspace<typename Problem::Model>& work) {
+                                             RansacWorkspace<Problem>& work) {
+  using Model = typename Problem::Model;
   constexpr std::uint64_t kFirstBatch = 4;  // most frames with a clear plane need no more
-  constexpr std::uint64_t kMaxBatch = 32;
-  constexpr std::size_t kModelsPerTask = 8;
-  constexpr int kMostThreads = 64;  // that batches grow with
-  RansacResult<typename Problem::Model> best;
+  constexpr std::uint64_t kMaxBatch = 64;
+  constexpr std::size_t kModelsPerTask = 16;
+  constexpr std::uint64_t kMostThreads = 64;  // that batches grow with
+  RansacResult<Model> best;
   const auto n = static_cast<std::uint64_t>(problem.num_data());
   if (n < static_cast<std::uint64_t>(Problem::kSampleSize)) {
     best.stop_reason = StopReason::degenerate;
     return best;
   }
+  const std::uint64_t sampled = problem.num_sampled();
+  const bool all_sampled = sampled == n;
+  Bar bar;
+  double best_in_sample = 0.0;
 
-  const auto threads = static_cast<std::uint64_t>(std::min(resolve_threads(options.threads), kMostThreads));
+  /// Whether a hypothesis, weaker than the best, only repeats it: local optimisation has already been there.
+  const auto repeats_best = [&](const detail::Hypothesis<Problem>& hypothesis, const SampleScore& score) {
+    return best.model && score.total() < best_in_sample &&
+           std::all_of(hypothesis.sample.begin(), hypothesis.sample.end(),
+                       [&](std::uint32_t i) { return problem.is_inlier(*best.model, i); });
+  };
+
+  const auto threads = std::min<std::uint64_t>(static_cast<std::uint64_t>(resolve_threads(options.threads)), kMostThreads);
   bool any_model = false;
   std::uint64_t needed = options.max_iterations;
-  std::uint64_t batch = kFirstBatch * threads;
+  std::uint64_t batch = kFirstBatch;
   while (best.iterations < needed) {
     const std::uint64_t first = best.iterations;
     const std::uint64_t count = std::min(batch, needed - first);
     batch = std::min(2 * batch, kMaxBatch * threads);
 
     work.hypotheses.resize(count);
-    parallel_for(options.threads, count,
-                 [&](std::size_t i) { work.hypotheses[i] = detail::draw_hypothesis(problem, options, first + i); });
+    const std::size_t draw_tasks = (count + kModelsPerTask - 1) / kModelsPerTask;
+    parallel_for(options.threads, draw_tasks, [&](std::size_t task) {
+      const std::size_t end = std::min<std::size_t>(count, (task + 1) * kModelsPerTask);
+      for (std::size_t i = task * kModelsPerTask; i < end; ++i) {
+        work.hypotheses[i] = detail::draw_hypothesis(problem, options, first + i);
+      }
+    });
     work.models.clear();
     for (const auto& hypothesis : work.hypotheses) {
       if (hypothesis.passed) work.models.push_back(*hypothesis.model);
     }
-    work.scores.assign(work.models.size(), Score{});
+    work.scores.assign(work.models.size(), SampleScore{});
     const std::size_t tasks = (work.models.size() + kModelsPerTask - 1) / kModelsPerTask;
-    const Score to_beat = best.score;
     parallel_for(options.threads, tasks, [&](std::size_t task) {
       const std::size_t begin = task * kModelsPerTask;
       const std::size_t size = std::min(kModelsPerTask, work.models.size() - begin);
-      problem.score(std::span(work.models).subspan(begin, size), to_beat, std::span(work.scores).subspan(begin, size));
+      problem.score(std::span(work.models).subspan(begin, size), bar, std::span(work.scores).subspan(begin, size));
     });
 
     std::size_t scored = 0;
@@ -187,11 +220,20 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
         continue;
       }
       const std::size_t s = scored++;
-      if (!(work.scores[s].value > best.score.value)) continue;
-      best.model = work.models[s];
-      best.score = work.scores[s];
-      if (options.local_optimisation) optimise_locally(problem, best);
-      const double inlier_ratio = static_cast<double>(best.score.inliers) / static_cast<double>(n);
+      if (!bar.passed_by(work.scores[s]) || repeats_best(hypothesis, work.scores[s])) continue;
+      detail::Candidate<Model> candidate{work.models[s], work.scores[s]};
+      if (options.local_optimisation) detail::optimise_locally(problem, candidate);
+      Score score{candidate.score.total(), candidate.score.inliers};
+      if (!all_sampled) {
+        score = problem.verify(candidate.model, best.score);
+        ++best.verified;
+      }
+      if (!(score.value > best.score.value)) continue;
+      best.model = candidate.model;
+      best.score = score;
+      best_in_sample = candidate.score.total();
+      bar = all_sampled ? Bar::exact(score.value, sampled) : Bar::likely(score.value / static_cast<double>(n), sampled);
+      const double inlier_ratio = static_cast<double>(score.inliers) / static_cast<double>(n);
       needed = std::min<std::uint64_t>(options.max_iterations, required_iterations(options.probability, inlier_ratio,
                                                                                    Problem::kSampleSize, options.pretest_points));
       best.stop_reason = needed < options.max_iterations ? StopReason::confidence : StopReason::max_iterations;

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Memory of voxel grids between calls.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "filter/depth_rows.hpp"
+#include "filter/leaf_bars.hpp"
+#include "filter/leaf_table.hpp"
+#include "fransac/filter/voxel_grid.hpp"
+
+namespace fransac {
+
+/// The pixels of one leaf: sums of raw depth d, d u and d v, which are whole numbers. They hold kMostPixels pixels.
+struct LeafSums {
+  static constexpr int kCountShift = 40;
+  static constexpr std::size_t kMostPixels = std::size_t{1} << (64 - kCountShift);
+
+  std::uint64_t d_and_count = 0;  ///< d in the low 40 bits, the number of pixels above.
+  std::uint64_t du = 0;
+  std::uint64_t dv = 0;
+  std::uint64_t key = 0;
+
+  [[nodiscard]] std::uint64_t d() const { return d_and_count & ((std::uint64_t{1} << kCountShift) - 1); }
+  [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(d_and_count >> kCountShift); }
+};
+
+/// Leaves of a stretch of rows.
+struct RowBand {
+  LeafBars bars;
+  AlignedVector<LeafSums> sums;  ///< By leaf number; those not in use are zero.
+  std::uint64_t measured = 0;
+  DepthRowBuffer row;
+  AlignedVector<std::uint32_t> keys;
+  AlignedVector<std::uint32_t> starts;
+  AlignedVector<std::uint64_t> running;
+};
+
+struct VoxelGrid::Scratch {
+  LeafTable<std::uint64_t> table;
+  AlignedVector<std::uint64_t> keys;  ///< For each leaf its place in the grid, packed.
+  AlignedVector<double> sums;
+
+  std::vector<RowBand> bands;
+  AlignedVector<float> ray_x;
+  PointCloud cloud;  ///< Of a depth image whose leaves are too many for 32-bit keys.
+};
+
+/// "leaf-size: 0.001 m divides …": the one message for a lattice that is too fine.
+Error too_many_leaves(double leaf_size_m);
+
+/// Checks the leaf size.
+Status check_leaf_size(double leaf_size_m);
+
+}  // namespace fransac

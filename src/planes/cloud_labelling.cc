@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <unordered_set>
+
+#include "planes/labelling.hpp"
+
+namespace fransac {
+namespace {
+
+/// The label of a point by its distances to the planes.
+std::uint8_t nearest_plane(const Eigen::Vector3d& point, const std::vector<PlaneSegment>& planes, double threshold_m) {
+  std::uint8_t label = kLabelNoPlane;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const PlaneSegment& segment : planes) {
+    const double distance = std::abs(segment.plane.signed_distance(point));
+    if (distance <= threshold_m && distance < nearest) {
+      nearest = distance;
+      label = static_cast<std::uint8_t>(segment.id);
+    }
+  }
+  return label;
+}
+
+/// Area covered by the points, as occupied square cells on the plane.
+double occupied_area(const std::vector<Eigen::Vector2d>& points, double cell_m) {
+  constexpr double kPointsPerCell = 4.0;  // evenly spread points then leave e^-4 = 2 % of the cells empty
+  constexpr int kMaxDoublings = 40;
+  double extent = 0.0;
+  for (const Eigen::Vector2d& p : points) extent = std::max(extent, p.cwiseAbs().maxCoeff());
+  if (extent == 0.0) return 0.0;
+  cell_m = std::clamp(cell_m, 0x1p-31 * extent, extent);  // indices fit into 32 bits
+  std::unordered_set<std::uint64_t> cells;
+  for (int doubling = 0; doubling < kMaxDoublings; ++doubling, cell_m *= 2.0) {
+    cells.clear();
+    for (const Eigen::Vector2d& p : points) {
+      const auto index = [&](double c) {
+        return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(c / cell_m))) & 0xFFFFFFFFU;
+      };
+      cells.insert(index(p.x()) << 32 | index(p.y()));
+    }
+    if (kPointsPerCell * static_cast<double>(cells.size()) <= static_cast<double>(points.size()) || cells.size() <= 1) break;
+  }
+  return static_cast<double>(cells.size()) * cell_m * cell_m;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> leaf_labels(const PointCloud& leaves, double threshold_m, const std::vector<PlaneSegment>& planes) {
+  std::vector<std::uint8_t> labels(leaves.size());
+  for (std::size_t leaf = 0; leaf < labels.size(); ++leaf) labels[leaf] = nearest_plane(leaves.point(leaf), planes, threshold_m);
+  return labels;
+}
+
+void label_leaves(const PointCloud& points, const VoxelGrid& grid, double threshold_m, Segmentation& segmentation) {
+  const std::vector<std::uint8_t> label_of_leaf = leaf_labels(grid.leaves, threshold_m, segmentation.planes);
+  for (std::size_t i = 0; i < points.size(); ++i) segmentation.labels[points.source_of(i)] = label_of_leaf[grid.leaf_of[i]];
+}
+
+void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& segmentation) {
+  const auto axis = static_cast<Eigen::Index>(rule.limits != nullptr ? rule.limits->axis : Axis::z);
+  const std::array<const float*, 3> coordinates{cloud.x(), cloud.y(), cloud.z()};
+  const float* const limited = coordinates[static_cast<std::size_t>(axis)];
+  const std::optional<LocalLimits> limits =
+      rule.limits != nullptr ? std::optional<LocalLimits>(std::in_place, *rule.limits, cloud.origin[axis]) : std::nullopt;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    std::uint8_t& label = segmentation.labels[i];
+    if (!cloud.measured(i)) {
+      label = kLabelNoDepth;
+      continue;
+    }
+    const bool kept = !limits || limits->keeps(limited[i]);
+    label = kept ? nearest_plane(cloud.point(i), segmentation.planes, rule.threshold_m) : kLabelNoPlane;
+  }
+}
+
+void measure_points(const PointCloud& cloud, double cell_m, Segmentation& segmentation) {
+  std::vector<Eigen::Vector2d> on_plane;
+  for (PlaneSegment& segment : segmentation.planes) {
+    const Eigen::Vector3d& n = segment.plane.normal;
+    const Eigen::Vector3d e1 = n.unitOrthogonal();
+    const Eigen::Vector3d e2 = n.cross(e1);
+    on_plane.clear();
+    double squared_distance = 0.0;
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      if (segmentation.labels[i] != segment.id) continue;
+      const Eigen::Vector3d local = cloud.local(i);
+      on_plane.emplace_back(e1.dot(local), e2.dot(local));
+      const double distance = segment.plane.signed_distance(cloud.point(i));
+      squared_distance += distance * distance;
+    }
+    segment.inliers = on_plane.size();
+    segment.rms_m = on_plane.empty() ? 0.0 : std::sqrt(squared_distance / static_cast<double>(on_plane.size()));
+    segment.area_m2 = on_plane.empty() ? 0.0 : occupied_area(on_plane, cell_m);
+  }
+}
+
+}  // namespace fransac
