@@ -137,6 +137,7 @@ nlohmann::ordered_json to_json(const Machine& machine, const SegmentOptions& opt
                      {"cores", machine.cores},
                      {"compiler", machine.compiler},
                      {"build_type", machine.build_type},
+                     {"instruction_set", instruction_set()},
                      {"fransac_version", kVersion}};
   json["options"] = options_to_json(options);
   json["results"] = nlohmann::ordered_json::array();
@@ -168,9 +169,10 @@ std::string table_text(const Machine& machine, const SegmentOptions& options, co
     cells.push_back(fmt::format("{:.1f}", result.fps()));
     table.add(std::move(cells));
   }
-  return fmt::format("{}, {} cores, {}, {} build, fransac {}, threads {}; milliseconds, stages: medians, {} runs per frame\n\n{}",
-                     machine.cpu, machine.cores, machine.compiler, machine.build_type, kVersion, options.threads,
-                     results.front().repeat, table.text());
+  return fmt::format(
+      "{}, {} cores, {}, {} build, {}, fransac {}, threads {}; milliseconds, stages: medians, {} runs per frame\n\n{}",
+      machine.cpu, machine.cores, machine.compiler, machine.build_type, instruction_set(), kVersion, options.threads,
+      results.front().repeat, table.text());
 }
 
 void run_bench(const BenchCommand& command) {

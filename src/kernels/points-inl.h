@@ -85,41 +85,43 @@ Msac MsacOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const floa
 
 InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z,
                               std::size_t n, const PlaneF& plane, float threshold) {
+  const FloatTag d;
+  const hn::RebindToSigned<FloatTag> di;
   const hn::CappedTag<double, kBlock / 2> dd;
-  const hn::Rebind<float, decltype(dd)> df;  // as many floats as fit into a vector of doubles
-  const std::size_t lanes = hn::Lanes(dd);
-  const auto a = hn::Set(df, plane.a);
-  const auto b = hn::Set(df, plane.b);
-  const auto c = hn::Set(df, plane.c);
-  const auto e = hn::Set(df, plane.d);
-  const auto t = hn::Set(df, threshold);
+  const hn::Rebind<float, decltype(dd)> half;  // as many floats as fit into a vector of doubles
+  const PlaneV p(plane);
+  const Float t = hn::Set(d, threshold);
+  auto count = hn::Zero(di);
   auto sx = hn::Zero(dd), sy = hn::Zero(dd), sz = hn::Zero(dd);
   auto xx = hn::Zero(dd), xy = hn::Zero(dd), xz = hn::Zero(dd), yy = hn::Zero(dd), yz = hn::Zero(dd), zz = hn::Zero(dd);
-  std::uint64_t count = 0;
-  for (std::size_t i = 0; i < n; i += lanes) {
-    const auto fx = hn::Load(df, x + i);
-    const auto fy = hn::Load(df, y + i);
-    const auto fz = hn::Load(df, z + i);
-    const auto r = hn::MulAdd(a, fx, hn::MulAdd(b, fy, hn::MulAdd(c, fz, e)));
-    const auto inlier = hn::Le(hn::Abs(r), t);
-    const std::size_t inliers = hn::CountTrue(df, inlier);
-    if (inliers == 0) continue;
-    count += inliers;
-    const auto px = hn::PromoteTo(dd, hn::IfThenElseZero(inlier, fx));
-    const auto py = hn::PromoteTo(dd, hn::IfThenElseZero(inlier, fy));
-    const auto pz = hn::PromoteTo(dd, hn::IfThenElseZero(inlier, fz));
-    sx = hn::Add(sx, px);
-    sy = hn::Add(sy, py);
-    sz = hn::Add(sz, pz);
-    xx = hn::MulAdd(px, px, xx);
-    xy = hn::MulAdd(px, py, xy);
-    xz = hn::MulAdd(px, pz, xz);
-    yy = hn::MulAdd(py, py, yy);
-    yz = hn::MulAdd(py, pz, yz);
-    zz = hn::MulAdd(pz, pz, zz);
+  alignas(64) float inliers[3][kBlock];
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    const Float fx = hn::Load(d, x + i);
+    const Float fy = hn::Load(d, y + i);
+    const Float fz = hn::Load(d, z + i);
+    const auto inlier = hn::Le(hn::Abs(p.Residual(fx, fy, fz)), t);
+    count = hn::Sub(count, hn::VecFromMask(di, hn::RebindMask(di, inlier)));
+    hn::Store(hn::IfThenElseZero(inlier, fx), d, inliers[0]);
+    hn::Store(hn::IfThenElseZero(inlier, fy), d, inliers[1]);
+    hn::Store(hn::IfThenElseZero(inlier, fz), d, inliers[2]);
+    for (std::size_t k = 0; k < hn::Lanes(d); k += hn::Lanes(dd)) {
+      const auto px = hn::PromoteTo(dd, hn::Load(half, inliers[0] + k));
+      const auto py = hn::PromoteTo(dd, hn::Load(half, inliers[1] + k));
+      const auto pz = hn::PromoteTo(dd, hn::Load(half, inliers[2] + k));
+      sx = hn::Add(sx, px);
+      sy = hn::Add(sy, py);
+      sz = hn::Add(sz, pz);
+      xx = hn::MulAdd(px, px, xx);
+      xy = hn::MulAdd(px, py, xy);
+      xz = hn::MulAdd(px, pz, xz);
+      yy = hn::MulAdd(py, py, yy);
+      yz = hn::MulAdd(py, pz, yz);
+      zz = hn::MulAdd(pz, pz, zz);
+    }
   }
   const auto sum = [&](auto v) { return hn::GetLane(hn::SumOfLanes(dd, v)); };
-  return {count, {sum(sx), sum(sy), sum(sz), sum(xx), sum(xy), sum(xz), sum(yy), sum(yz), sum(zz)}};
+  const auto inlier_count = static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)));
+  return {inlier_count, {sum(sx), sum(sy), sum(sz), sum(xx), sum(xy), sum(xz), sum(yy), sum(yz), sum(zz)}};
 }
 
 void LeafKeys(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,

@@ -9,6 +9,7 @@
 #endif
 
 #include <array>
+#include <cstring>
 
 #include "hwy/highway.h"
 #include "kernels/rows.h"
@@ -28,6 +29,17 @@ inline constexpr std::array<SetBits, 256> kSetBits = [] {
   for (unsigned byte = 0; byte < 256; ++byte) {
     for (std::uint8_t bit = 0; bit < 8; ++bit) {
       if ((byte >> bit & 1U) != 0) table[byte].positions[table[byte].count++] = bit;
+    }
+  }
+  return table;
+}();
+
+/// 0xFF in byte i where bit i is set.
+inline constexpr std::array<std::uint64_t, 256> kBytesOfBits = [] {
+  std::array<std::uint64_t, 256> table{};
+  for (unsigned byte = 0; byte < 256; ++byte) {
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      if ((byte >> bit & 1U) != 0) table[byte] |= std::uint64_t{0xFF} << (8 * bit);
     }
   }
   return table;
@@ -166,6 +178,15 @@ HWY_INLINE std::size_t ListStarts(const std::uint32_t* HWY_RESTRICT keys, std::s
   return runs;
 }
 
+/// Whether a whole block was not measured: a large part of most frames, whose pixels come in regions.
+template <class Raw>
+HWY_INLINE bool BlockIsEmpty(const Raw* HWY_RESTRICT raw) {
+  const RawTag<Raw> d;
+  bool empty = true;
+  for (std::size_t i = 0; i < kBlock; i += hn::Lanes(d)) empty &= hn::AllTrue(d, hn::Eq(hn::LoadU(d, raw + i), hn::Zero(d)));
+  return empty;
+}
+
 template <class Raw>
 std::size_t LeafRuns(const Raw* HWY_RESTRICT raw, std::size_t n, const LeafRow& row, std::uint32_t* HWY_RESTRICT keys,
                      std::uint32_t* HWY_RESTRICT starts) {
@@ -186,6 +207,11 @@ std::size_t LeafRuns(const Raw* HWY_RESTRICT raw, std::size_t n, const LeafRow& 
   const int shift_y = row.shift_y;
   const int shift_z = row.shift_z;
   for (std::size_t u = 0; u < n; u += hn::Lanes(d)) {
+    if (u % kBlock == 0 && BlockIsEmpty(raw + u)) {
+      for (std::size_t i = 0; i < kBlock; i += hn::Lanes(d)) hn::StoreU(hn::Set(du, kNoLeaf), du, keys + u + i);
+      u += kBlock - hn::Lanes(d);
+      continue;
+    }
     const Float value = LoadRaw(raw + u);
     const Float q = hn::Mul(value, per_unit);
     const auto x = index(hn::Mul(q, hn::LoadU(d, ray_x + u)));
@@ -211,6 +237,12 @@ void RunningSums(const std::uint16_t* HWY_RESTRICT raw, std::size_t n, std::uint
   auto column = hn::Iota(d32, 0);
   auto before = hn::Zero(d64);  // the sum of all columns before, twice
   for (std::size_t u = 0; u < n; u += 4) {
+    if (u % kBlock == 0 && BlockIsEmpty(raw + u)) {
+      for (std::size_t i = 0; i < kBlock; i += 2) hn::StoreU(before, d64, sums + u + 1 + i);
+      column = hn::Add(column, hn::Set(d32, kBlock));
+      u += kBlock - 4;
+      continue;
+    }
     const auto value = hn::PromoteTo(d32, hn::LoadU(d16, raw + u));
     const auto weighted = hn::Mul(value, hn::And(column, last_column));
     const auto pair01 = hn::BitCast(d64, hn::InterleaveLower(d32, value, weighted));
@@ -348,21 +380,32 @@ RowEvidence EvidenceRow(const Raw* HWY_RESTRICT raw, const std::uint8_t* HWY_RES
   return evidence.Result();
 }
 
+/// Stores `label` where the mask is true and 255 elsewhere.
+template <class Mask>
+HWY_INLINE void StoreLabelOr255(Mask mask, std::uint8_t label, std::uint8_t* HWY_RESTRICT out) {
+  const FloatTag d;
+  const std::uint64_t difference = 0x0101010101010101U * static_cast<std::uint64_t>(255U - label);
+  std::uint8_t bits[8];
+  hn::StoreMaskBits(d, mask, bits);
+  for (std::size_t i = 0; i < hn::Lanes(d); i += 8) {
+    const std::uint64_t labels = ~(kBytesOfBits[bits[i / 8]] & difference);
+    std::memcpy(out + i, &labels, HWY_MIN(hn::Lanes(d), 8));
+  }
+}
+
 template <class Raw>
 RowEvidence LabelRowOne(const Raw* HWY_RESTRICT raw, const Raw* HWY_RESTRICT kept, std::size_t n, const LabelPlane& plane,
                         float threshold, std::uint8_t* HWY_RESTRICT labels) {
   const FloatTag d;
-  const IntTag di;
   const Float t = hn::Set(d, threshold);
-  const auto own = hn::Set(di, plane.label);
-  const auto none = hn::Set(di, 255);
+  const std::uint8_t label = plane.label;
   Distances distances(plane.plane);
   Evidence evidence;
   for (std::size_t u = 0; u < n; u += hn::Lanes(d)) {
     const Float value = LoadRaw(kept + u);
     const Float distance = distances.Next(value);
     const auto inlier = hn::And(hn::Le(hn::Abs(distance), t), hn::Gt(value, hn::Zero(d)));
-    StoreLabels(hn::IfThenElse(hn::RebindMask(di, inlier), own, none), labels + u);
+    StoreLabelOr255(inlier, label, labels + u);
     evidence.Add(inlier, value, distance);
   }
   ClearUnmeasured(raw, n, labels);

@@ -11,6 +11,7 @@
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/sac/plane_problem.hpp"
 #include "fransac/sac/ransac.hpp"
+#include "kernels/targets.h"
 #include "planes/depth_data.hpp"
 #include "planes/labelling.hpp"
 #include "planes/methods.hpp"
@@ -346,7 +347,7 @@ void reset(Segmentation& s, Method method, int width, int height) {
   std::vector<std::uint8_t> labels = std::move(s.labels);
   std::vector<PlaneSegment> planes = std::move(s.planes);
   s = Segmentation{};
-  labels.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), kLabelNoDepth);
+  labels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   planes.clear();
   s.labels = std::move(labels);
   s.planes = std::move(planes);
@@ -383,6 +384,8 @@ Result<Segmentation> segment_once(const SegmentOptions& options, const Input&...
 }
 
 }  // namespace
+
+std::string_view instruction_set() { return kernels::target_name(); }
 
 Status segment(const DepthView& depth, const Camera& camera, const SegmentOptions& options, Workspace& workspace,
                Segmentation& segmentation) {

@@ -89,4 +89,8 @@ Status segment(const DepthView& depth, const Camera& camera, const SegmentOption
 Result<Segmentation> segment(const PointCloud& cloud, const SegmentOptions& options = {});
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation);
 
+/// The instruction set that runs on this machine, chosen at the first call: "AVX2", "SSE4", "NEON", "SCALAR" … The environment
+/// variable FRANSAC_TARGET, read when the program starts, names another one that the machine has.
+std::string_view instruction_set();
+
 }  // namespace fransac
