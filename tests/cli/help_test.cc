@@ -60,7 +60,7 @@ TEST(Help, SegmentShowsEveryOptionWithItsDefaultUnitAndText) {
 }
 
 TEST(Help, EveryCommandThatSegmentsTakesTheSameOptions) {
-  for (const char* command : {"evaluate", "bench"}) {
+  for (const char* command : {"evaluate", "report", "bench"}) {
     const std::string help = output_of(fmt::format("{} --help", command));
     SegmentOptions options;
     for_each_option(options, [&](const OptionInfo& info, const auto& value) {
