@@ -16,7 +16,7 @@ struct Machine {
 
 Machine this_machine();
 
-/// "CPU, 2 cores, gcc 12, Release build, fransac 0.1.0"
+/// "CPU, 2 cores, gcc 12, Release build, fransac VERSION"
 std::string to_text(const Machine& machine);
 nlohmann::ordered_json to_json(const Machine& machine);
 

@@ -31,6 +31,13 @@ std::string heading(Quantity quantity) {
   return std::string(info_of(quantity).heading);
 }
 
+/// As `evaluate` prints it; a scene's number of planes is whole.
+std::string shown_text(const Row& row, Quantity quantity) {
+  const auto& value = row.scores[quantity];
+  const bool whole = quantity == Quantity::planes && value && *value == std::floor(*value);
+  return whole ? fmt::format("{:.0f}", *value) : value_text(row.scores, quantity);
+}
+
 bool present(const std::vector<Row>& rows, Quantity quantity) {
   return std::any_of(rows.begin(), rows.end(), [&](const Row& row) { return row.scores[quantity].has_value(); });
 }
@@ -73,7 +80,7 @@ std::string method_table(const std::string& caption, const std::string& attribut
     std::vector<std::string> cells{std::string(enum_name(rows[r].method))};
     std::vector<bool> marked{false};
     for (std::size_t q = 0; q < shown.size(); ++q) {
-      cells.push_back(value_text(rows[r].scores, shown[q]));
+      cells.push_back(shown_text(rows[r], shown[q]));
       marked.push_back(best[q][r]);
     }
     table.add(cells, marked);

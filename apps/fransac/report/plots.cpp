@@ -17,8 +17,8 @@ namespace {
 constexpr double kWidth = 600.0;
 constexpr double kHeight = 340.0;
 constexpr double kTop = 44.0;  // room for the legend
-constexpr double kRight = kWidth - 14.0;
-constexpr double kLetter = 6.6;  // mean width of a letter at the page's 12 px
+constexpr double kRight = kWidth - 24.0;
+constexpr double kLetter = 7.4;  // a letter of a wide sans-serif at 12 px, the page's size of text in plots
 
 struct Range {
   double min = 0.0;
@@ -132,7 +132,7 @@ std::vector<std::string> names_of(const std::vector<T>& items) {
   return names;
 }
 
-std::string number(double value) { return fmt::format("{:.6g}", value); }
+std::string number(double value) { return fmt::format("{:.6g}", value + 0.0); }  // no "-0"
 
 std::string y_axis(const Scale& scale, const std::string& title, double left, double bottom) {
   std::string svg;
@@ -140,6 +140,7 @@ std::string y_axis(const Scale& scale, const std::string& title, double left, do
     svg += line(left, scale(tick), kRight, scale(tick), "grid");
     svg += text(left - 6.0, scale(tick) + 4.0, "end", number(tick));
   }
+  if (title.empty()) return svg;
   const double middle = 0.5 * (kTop + bottom);
   return svg + text(14.0, middle, "middle", title, fmt::format("transform=\"rotate(-90 14 {:.1f})\"", middle));
 }

@@ -69,7 +69,7 @@ details > :last-child { margin-bottom: 26px; }
 .pictures figcaption small { font-weight: 400; display: block; font-size: 13px; }
 .ramp { display: block; height: 9px; border-radius: 3px; margin: 3px 0 1px; }
 .ticks { display: flex; justify-content: space-between; font-weight: 400; font-size: 12px; color: var(--faint); font-variant-numeric: tabular-nums; }
-@media (max-width: 640px) { header, main, footer { padding-left: 14px; padding-right: 14px; } h1 { font-size: 26px; } h2 { font-size: 21px; } .plots figure { padding: 10px 6px 4px; } .pictures { gap: 10px; } svg text { font-size: 15px; } svg text.value { font-size: 13px; } }
+@media (max-width: 640px) { header, main, footer { padding-left: 14px; padding-right: 14px; } h1 { font-size: 26px; } h2 { font-size: 21px; } .plots figure { padding: 10px 6px 4px; } .pictures { gap: 10px; } svg text { font-size: 13px; } }
 @media print { details { break-inside: avoid; } }
 )css";
 
