@@ -25,6 +25,8 @@ constexpr Quantity kPerScene[] = {Quantity::fps,         Quantity::median_ms, Qu
                                   Quantity::f1,          Quantity::best_f1,   Quantity::instance_f1_50, Quantity::instance_f1_75,
                                   Quantity::weighted_iou};
 
+constexpr const char* kOpen = " open=\"open\"";
+
 std::string heading(Quantity quantity) {
   if (quantity == Quantity::median_ms) return "median [ms]";
   if (quantity == Quantity::planes) return "planes";
@@ -106,12 +108,13 @@ std::string scene_table(const DatasetReport& dataset, Quantity quantity) {
   return table.text();
 }
 
-std::string scene_tables(const DatasetReport& dataset) {
-  std::string html = "<div class=\"tables\">\n";
+std::string scene_tables(const DatasetReport& dataset, bool open) {
+  std::string html =
+      fmt::format("<details class=\"fold\"{}>\n<summary>Tables</summary>\n<div class=\"tables\">\n", open ? kOpen : "");
   for (const Quantity quantity : kPerScene) {
     if (present(dataset.means, quantity)) html += scene_table(dataset, quantity);
   }
-  return html + "</div>\n";
+  return html + "</div></details>\n";
 }
 
 std::string plot(const std::string& title, const std::string& note, const std::string& svg) {
@@ -233,7 +236,7 @@ std::string gist(const Scene& scene) {
 
 std::string scene_section(const Scene& scene, const std::string& id, bool open) {
   std::string html = fmt::format("<details class=\"scene\" id=\"{}\"{}>\n<summary>{} <small>{}</small></summary>\n", id,
-                                 open ? " open=\"open\"" : "", escape(scene.name), escape(gist(scene)));
+                                 open ? kOpen : "", escape(scene.name), escape(gist(scene)));
   html += gallery("", scene.views, scene.range) + gallery("Planes found", scene.planes, scene.range);
   html += gallery("Differences from the dominant plane", scene.differences, scene.range);
   return html + method_table("Methods on " + scene.name, "class=\"of-scene\"", scene.rows) + "</details>\n";
@@ -257,7 +260,7 @@ std::string dataset_section(const DatasetReport& dataset, const Report& report, 
                       dataset.scenes.size() == 1 ? "" : "s", dataset.sensor.empty() ? "" : ", sensor: " + escape(dataset.sensor),
                       escape(truth_text(dataset, report.runs)));
   html += method_table("Means over the scenes", "class=\"of-means\"", dataset.means) + plots(dataset);
-  html += "<h3>Scene by scene</h3>\n" + scene_tables(dataset);
+  html += "<h3>Scene by scene</h3>\n" + scene_tables(dataset, dataset.scenes.size() <= report.open_scenes);
   html += "<h3>Pictures</h3>\n<p class=\"note\">";
   html += judged(dataset) ? "A plane has the colour of the true plane that most of it lies on; planes that are none have further "
                             "colours. Grey is on no plane."

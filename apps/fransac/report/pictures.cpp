@@ -104,9 +104,10 @@ struct ZBuffer {
   }
 
   void splat(const Seen& point, std::uint8_t its_label) {
+    constexpr double kStretch = 1.6;     // a surface that the camera saw askew may face the new view
     constexpr double kLargest_px = 6.0;  // near surfaces seen edge-on would become slabs
     if (!(std::abs(point.x) < 4.0 * width && std::abs(point.y) < 4.0 * height)) return;
-    const double half = 0.5 * std::clamp(std::ceil(point.size), 1.0, kLargest_px);
+    const double half = 0.5 * std::clamp(std::ceil(kStretch * point.size), 2.0, kLargest_px);
     const auto low = [](double c) { return std::max(0, static_cast<int>(std::ceil(c))); };
     const auto high = [](double c, int end) { return std::min(end, static_cast<int>(std::ceil(c))); };
     for (int v = low(point.y - half); v < high(point.y + half, height); ++v) {
@@ -119,17 +120,27 @@ struct ZBuffer {
   }
 
   /// Eye-dome lighting (Boucheny, "Visualisation scientifique de grands volumes de données", 2009): a pixel is darker the
-  /// more its neighbours stand in front of it, which shows edges and folds without normals.
+  /// more its neighbours stand in front of it, which shows edges and folds without normals. Neighbours count in opposite
+  /// pairs, so that a slanted plane is no darker than a frontal one.
   [[nodiscard]] double light(int u, int v) const {
     constexpr int kReach_px = 2;
-    constexpr double kStrength = 14.0;
-    double hidden = 0.0;
-    for (const auto& [du, dv] : {std::pair{-kReach_px, 0}, {kReach_px, 0}, {0, -kReach_px}, {0, kReach_px}}) {
-      if (u + du < 0 || u + du >= width || v + dv < 0 || v + dv >= height) continue;
-      const float there = z[at(u + du, v + dv)];
-      if (there != kFar) hidden += std::max(0.0, std::log2(static_cast<double>(z[at(u, v)]) / static_cast<double>(there)));
+    constexpr double kStrength = 12.0;
+    const double hidden = std::max(0.0, in_front(u, v, kReach_px, 0)) + std::max(0.0, in_front(u, v, 0, kReach_px));
+    return std::max(0.3, std::exp(-kStrength * hidden));
+  }
+
+ private:
+  /// By how much the pixels at either side are nearer together, as a logarithm; what is not seen is as far as the pixel.
+  [[nodiscard]] double in_front(int u, int v, int du, int dv) const {
+    const double own = std::log(static_cast<double>(z[at(u, v)]));
+    double sum = 0.0;
+    for (const int side : {-1, 1}) {
+      const int x = u + side * du;
+      const int y = v + side * dv;
+      const bool seen = x >= 0 && x < width && y >= 0 && y < height && z[at(x, y)] != kFar;
+      if (seen) sum += own - std::log(static_cast<double>(z[at(x, y)]));
     }
-    return std::max(0.25, std::exp(-kStrength * hidden / 4.0));
+    return sum;
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string_view>
 
@@ -76,6 +77,13 @@ Range logarithmic_range(const std::vector<double>& values) {
   double min = Scale::round_step(*low);
   while (min > *low * 0.98) min = Scale::round_step(min * 0.4);  // 1, 2 and 5 are within a factor of 2.5
   return {min, max};
+}
+
+/// Where an axis up to 1 begins so that the lowest value has room.
+double share_floor(double lowest) {
+  constexpr double kFloors[] = {0.98, 0.95, 0.9, 0.8, 0.5};
+  const auto* const below = std::find_if(std::begin(kFloors), std::end(kFloors), [&](double floor) { return floor < lowest; });
+  return below == std::end(kFloors) ? 0.0 : *below;
 }
 
 std::string open_svg(const std::string& title, double height = kHeight) {
@@ -285,12 +293,16 @@ std::string scatter_plot(const std::string& title, const Axis& x, const Axis& y,
   constexpr double kLeft = 58.0;
   constexpr double kBottom = kHeight - 46.0;
   std::vector<double> all;
+  double lowest = 1.0;
   for (const Cloud& cloud : clouds) {
     all.push_back(cloud.mean.x);
-    for (const Dot& dot : cloud.dots) all.push_back(dot.x);
+    for (const Dot& dot : cloud.dots) {
+      all.push_back(dot.x);
+      lowest = std::min(lowest, dot.y);
+    }
   }
   const Scale across(logarithmic_range(all), kLeft, kRight, true);
-  const Scale up({}, kBottom, kTop + 6.0, false);
+  const Scale up({share_floor(lowest), 1.0}, kBottom, kTop + 6.0, false);
   std::string svg = open_svg(title) + legend(names_of(clouds), true) + y_axis(up, y.title, kLeft, kBottom);
   svg += x_axis(across, x.title, kLeft, kBottom);
   const auto say = [&](const std::string& name, const Dot& dot) {

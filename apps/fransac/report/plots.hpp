@@ -41,7 +41,7 @@ struct Cloud {
   Dot mean;
   std::vector<Dot> dots;  ///< Pale, what the mean is of.
 };
-/// y from 0 to 1 against x.
+/// y up to 1 against x; the scale of y begins below the lowest dot, not always at 0.
 std::string scatter_plot(const std::string& title, const Axis& x, const Axis& y, const std::vector<Cloud>& clouds);
 
 }  // namespace fransac::cli::report

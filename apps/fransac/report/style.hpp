@@ -24,6 +24,7 @@ footer { padding-top: 12px; padding-bottom: 48px; color: var(--faint); font-size
 h1 { font-size: 32px; line-height: 1.2; letter-spacing: -0.01em; margin: 0 0 6px; }
 h2 { font-size: 24px; line-height: 1.25; margin: 48px 0 6px; padding-top: 20px; border-top: 2px solid var(--rule); overflow-wrap: anywhere; }
 h3 { font-size: 19px; margin: 32px 0 8px; }
+.fold summary { font-size: 15px; }
 h4 { font-size: 15px; margin: 18px 0 8px; }
 p { margin: 6px 0 12px; max-width: 80ch; }
 a { color: var(--link); }
@@ -38,7 +39,7 @@ caption { text-align: left; font-weight: 600; padding: 4px 0; }
 th, td { padding: 4px 10px; text-align: right; white-space: nowrap; }
 th:first-child { text-align: left; padding-left: 0; }
 thead th { border-bottom: 1px solid var(--rule); color: var(--faint); font-weight: 600; }
-tbody th { font-weight: 500; }
+tbody th { font-weight: 500; white-space: normal; overflow-wrap: anywhere; min-width: 6.5em; }
 tbody tr + tr td, tbody tr + tr th { border-top: 1px solid color-mix(in srgb, var(--rule) 55%, transparent); }
 tbody.mean th, tbody.mean td { border-top: 1px solid var(--ink); font-weight: 600; }
 .best { color: var(--best); font-weight: 700; }
