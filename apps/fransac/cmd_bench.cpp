@@ -5,16 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <fstream>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "commands.hpp"
 #include "errors.hpp"
-#include "fransac/version.hpp"
 #include "inputs.hpp"
+#include "machine.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -25,37 +23,9 @@ namespace {
 
 struct BenchCommand {
   std::vector<std::string> inputs;
-  std::vector<Method> methods{Method::automatic};
-  CameraFile camera;
+  Runs runs{100};
   std::string json;
-  int repeat = 100;
-  SegmentOptions options;
 };
-
-struct Machine {
-  std::string cpu;
-  unsigned cores = 0;
-  std::string compiler;
-  std::string build_type;
-};
-
-std::string cpu_model() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown";
-}
-
-Machine this_machine() {
-#ifdef __clang__
-  const char* const compiler = "clang " __clang_version__;
-#else
-  const char* const compiler = "gcc " __VERSION__;
-#endif
-  return {cpu_model(), std::thread::hardware_concurrency(), compiler, FRANSAC_BUILD_TYPE};
-}
 
 /// One method's buffers and times.
 struct Contestant {
@@ -116,29 +86,22 @@ BenchResult summarise(const Input& input, int repeat, const Contestant& contesta
 }
 
 std::vector<BenchResult> bench_input(const BenchCommand& command, const Input& input) {
-  std::vector<Contestant> contestants(command.methods.size());
-  for (std::size_t c = 0; c < contestants.size(); ++c) {
-    contestants[c].options = command.options;
-    contestants[c].options.method = command.methods[c];
-  }
+  const Runs& runs = command.runs;
+  std::vector<Contestant> contestants(runs.methods.size());
+  for (std::size_t c = 0; c < contestants.size(); ++c) contestants[c].options = runs.options_of(runs.methods[c]);
   Progress progress(input.size());
   for (std::size_t i = 0; i < input.size(); ++i) {
     progress.step(input.name_of(i));
-    time_frame(input.name_of(i), load(input, i), command.repeat, contestants);
+    time_frame(input.name_of(i), load(input, i), runs.repeat, contestants);
   }
   std::vector<BenchResult> results;
-  for (const Contestant& contestant : contestants) results.push_back(summarise(input, command.repeat, contestant));
+  for (const Contestant& contestant : contestants) results.push_back(summarise(input, runs.repeat, contestant));
   return results;
 }
 
 nlohmann::ordered_json to_json(const Machine& machine, const SegmentOptions& options, const std::vector<BenchResult>& results) {
   nlohmann::ordered_json json;
-  json["machine"] = {{"cpu", machine.cpu},
-                     {"cores", machine.cores},
-                     {"compiler", machine.compiler},
-                     {"build_type", machine.build_type},
-                     {"instruction_set", instruction_set()},
-                     {"fransac_version", kVersion}};
+  json["machine"] = to_json(machine);
   json["options"] = options_to_json(options);
   json["results"] = nlohmann::ordered_json::array();
   for (const BenchResult& result : results) {
@@ -169,25 +132,23 @@ std::string table_text(const Machine& machine, const SegmentOptions& options, co
     cells.push_back(fmt::format("{:.1f}", result.fps()));
     table.add(std::move(cells));
   }
-  return fmt::format(
-      "{}, {} cores, {}, {} build, {}, fransac {}, threads {}; milliseconds, stages: medians, {} runs per frame\n\n{}",
-      machine.cpu, machine.cores, machine.compiler, machine.build_type, instruction_set(), kVersion, options.threads,
-      results.front().repeat, table.text());
+  return fmt::format("{}, threads {}; milliseconds, stages: medians, {} runs per frame\n\n{}", to_text(machine), options.threads,
+                     results.front().repeat, table.text());
 }
 
 void run_bench(const BenchCommand& command) {
-  check_options(command.options);
-  if (!command.json.empty() && command.json != "-") check_output_file("--json", command.json);
+  check_options(command.runs.options);
+  check_document("--json", command.json);
   const Machine machine = this_machine();
   if (machine.build_type != "Release") log(fmt::format("note: this is a {} build; only Release is fast", machine.build_type));
   std::vector<Input> inputs;
-  for (const std::string& name : command.inputs) inputs.push_back(open_input(name, command.camera));
+  for (const std::string& name : command.inputs) inputs.push_back(open_input(name, command.runs.camera));
   std::vector<BenchResult> results;
   for (const Input& input : inputs) {
     for (BenchResult& result : bench_input(command, input)) results.push_back(std::move(result));
   }
-  if (!command.json.empty()) write_text(command.json, to_text(to_json(machine, command.options, results)));
-  if (command.json != "-") write_stdout(table_text(machine, command.options, results));
+  write_results({{command.json, [&] { return to_text(to_json(machine, command.runs.options, results)); }}},
+                [&] { return table_text(machine, command.runs.options, results); });
 }
 
 }  // namespace
@@ -197,10 +158,8 @@ Command add_bench(CLI::App& parent) {
   auto command = std::make_shared<BenchCommand>();
   app->add_option("INPUT", command->inputs, "depth PNGs, frame folders, folders of frames, TUM RGB-D sequences, PCD or PLY files")
       ->required();
-  add_output(*app, "--json", command->json, "results; '-' is standard output, instead of the table", "FILE|-");
-  add_count(*app, "--repeat", command->repeat, 1, 1000000, "timed runs per frame and method, after one to warm up");
-  add_camera(*app, command->camera);
-  add_segment_options(*app, command->options, &command->methods);
+  add_document(*app, "--json", command->json);
+  add_runs(*app, command->runs, 1000000, "timed runs per frame and method, after one to warm up");
   app->footer(
       "Time is from depth (or points) in memory to labels in memory, with buffers reused. An input with several frames gives one "
       "result over all\n"

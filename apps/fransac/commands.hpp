@@ -18,6 +18,7 @@ struct Command {
 
 Command add_segment(CLI::App& parent);
 Command add_evaluate(CLI::App& parent);
+Command add_report(CLI::App& parent);
 Command add_bench(CLI::App& parent);
 Command add_synth(CLI::App& parent);
 

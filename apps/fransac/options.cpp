@@ -210,6 +210,10 @@ void add_output(CLI::App& app, const std::string& name, std::string& value, cons
   app.add_option(name, value, help)->check(not_empty)->type_name(type_name);
 }
 
+void add_document(CLI::App& app, const std::string& name, std::string& value) {
+  add_output(app, name, value, "results; '-' is standard output, instead of the table", "FILE|-");
+}
+
 void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods) {
   for_each_option(options, [&](const OptionInfo& info, auto& value) {
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, int>) {
@@ -218,6 +222,18 @@ void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Met
     if (info.name == kMethod && several_methods != nullptr) return add_methods(app, info, *several_methods);
     AddFlag{app}(info, value);
   });
+}
+
+SegmentOptions Runs::options_of(Method method) const {
+  SegmentOptions chosen = options;
+  chosen.method = method;
+  return chosen;
+}
+
+void add_runs(CLI::App& app, Runs& runs, int max_repeat, const std::string& repeat_help) {
+  add_count(app, "--repeat", runs.repeat, 1, max_repeat, repeat_help);
+  add_camera(app, runs.camera);
+  add_segment_options(app, runs.options, &runs.methods);
 }
 
 void check_options(const SegmentOptions& options) {

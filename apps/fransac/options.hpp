@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "errors.hpp"
@@ -59,10 +60,27 @@ void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help);
 /// Adds an option that names something to write: not empty.
 void add_output(CLI::App& app, const std::string& name, std::string& value, const std::string& help,
                 const std::string& type_name);
+/// Adds an option for results as a document: a file, or '-' for standard output.
+void add_document(CLI::App& app, const std::string& name, std::string& value);
 
 /// Adds a flag for each option of `options`. With `several_methods`, "--method" takes a comma-separated list into it
 /// instead and `options.method` is left alone.
 void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods = nullptr);
+
+/// Which methods run, how often and with which options: what the commands that compare methods have in common.
+struct Runs {
+  explicit Runs(int times, std::vector<Method> compared = {Method::automatic}) : methods(std::move(compared)), repeat(times) {}
+
+  std::vector<Method> methods;
+  int repeat;
+  std::optional<std::filesystem::path> camera;  ///< For all frames, instead of their own.
+  SegmentOptions options;                       ///< Of all methods; its own method means nothing.
+
+  [[nodiscard]] SegmentOptions options_of(Method method) const;
+};
+
+/// Adds "--repeat", "--camera", "--method" and the segment options.
+void add_runs(CLI::App& app, Runs& runs, int max_repeat, const std::string& repeat_help);
 
 /// Checks what single flags cannot, for example that limits are in order. Throws UsageError.
 void check_options(const SegmentOptions& options);

@@ -54,6 +54,15 @@ void write_text(const std::string& file, std::string_view text) {
   }
 }
 
+void write_results(const std::vector<Document>& documents, const std::function<std::string()>& table) {
+  bool on_stdout = false;
+  for (const Document& document : documents) {
+    if (!document.file.empty()) write_text(document.file, document.text());
+    on_stdout = on_stdout || document.file == "-";
+  }
+  if (!on_stdout) write_stdout(table());
+}
+
 Table::Table(std::vector<std::string> headings) {
   for (std::string& heading : headings) {
     left_.push_back(heading.starts_with('<'));
@@ -95,6 +104,10 @@ void check_output_file(std::string_view option, const fs::path& file) {
   if (fs::is_directory(status)) throw Failure(fmt::format("{}: '{}' is a folder", option, file.string()));
   if (fs::exists(status) && !writable(file)) throw Failure(fmt::format("{}: '{}' is not writable", option, file.string()));
   if (!fs::exists(status) || fs::is_regular_file(status)) check_parent(option, file);  // devices and pipes need no temporary
+}
+
+void check_document(std::string_view option, const std::string& file) {
+  if (!file.empty() && file != "-") check_output_file(option, file);
 }
 
 void check_output_folder(std::string_view option, const fs::path& folder) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -21,6 +22,14 @@ std::string to_text(const nlohmann::ordered_json& json, int indent = 2);
 /// Writes a document to a file, or to stdout when `file` is "-".
 void write_text(const std::string& file, std::string_view text);
 
+/// A result in a machine's form: where it goes ("-": stdout, empty: nowhere) and what makes its text.
+struct Document {
+  std::string file;
+  std::function<std::string()> text;
+};
+/// Writes what is asked for; the table goes to stdout unless a document does.
+void write_results(const std::vector<Document>& documents, const std::function<std::string()>& table);
+
 /// Rows of text in aligned columns. A heading that starts with '<' (dropped) makes its column flush left.
 class Table {
  public:
@@ -38,6 +47,8 @@ class Table {
 /// Refuses a file that could not be written later: missing folder, no permission, a folder of that name. Throws Failure
 /// that names `option`.
 void check_output_file(std::string_view option, const std::filesystem::path& file);
+/// The same for an option that may be empty or "-".
+void check_document(std::string_view option, const std::string& file);
 /// The same for a folder that exists or can be made in an existing one.
 void check_output_folder(std::string_view option, const std::filesystem::path& folder);
 

@@ -56,13 +56,17 @@ std::array<Colour, 256> make_colours() {
   return colours;
 }
 
-/// Distances that a picture of depth spans: all but the nearest and the farthest hundredth of the pixels.
-struct DepthRange {
-  float nearest_m = 0.0F;
-  float farthest_m = 0.0F;
-};
+/// z of every pixel, row by row.
+std::vector<float> metres_of(const DepthView& depth) {
+  std::vector<float> depth_m;
+  depth_m.reserve(depth.size());
+  for (int v = 0; v < depth.height(); ++v) {
+    for (int u = 0; u < depth.width(); ++u) depth_m.push_back(depth.metres(u, v));
+  }
+  return depth_m;
+}
 
-DepthRange depth_range(const std::vector<float>& depth_m) {
+DepthRange range_of(const std::vector<float>& depth_m) {
   std::vector<float> measured;
   std::copy_if(depth_m.begin(), depth_m.end(), std::back_inserter(measured), [](float z) { return z > 0.0F; });
   if (measured.empty()) return {};
@@ -116,6 +120,8 @@ std::array<std::uint8_t, 3> label_colour(std::uint8_t label) {
   return colours[label];
 }
 
+DepthRange depth_range(const DepthView& depth) { return range_of(metres_of(depth)); }
+
 ColourImage overlay(const DepthView& depth, std::span<const std::uint8_t> labels, const ColourImage* background) {
   constexpr double kPlaneShare = 0.55;  // how much of a plane's colour covers the background
   constexpr double kGreyShare = 0.7;    // how much of its own colour the rest of a picture loses
@@ -124,11 +130,8 @@ ColourImage overlay(const DepthView& depth, std::span<const std::uint8_t> labels
   if (labels.size() != depth.size()) return {};
   const int width = depth.width();
   const int height = depth.height();
-  std::vector<float> depth_m(depth.size());
-  for (std::size_t i = 0; i < depth_m.size(); ++i) {
-    depth_m[i] = depth.metres(static_cast<int>(i) % width, static_cast<int>(i) / width);
-  }
-  const DepthRange range = depth_range(depth_m);
+  const std::vector<float> depth_m = metres_of(depth);
+  const DepthRange range = range_of(depth_m);
   const bool over_picture = background != nullptr && background->width == width && background->height == height &&
                             background->channels == 3 && background->pixels.size() == 3 * depth.size();
   ColourImage image{width, height, 3, std::vector<std::uint8_t>(3 * depth.size())};

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "fransac/planes/options.hpp"
@@ -60,10 +61,11 @@ TEST(Help, SegmentShowsEveryOptionWithItsDefaultUnitAndText) {
 }
 
 TEST(Help, EveryCommandThatSegmentsTakesTheSameOptions) {
-  for (const char* command : {"evaluate", "bench"}) {
+  for (const char* command : {"evaluate", "report", "bench"}) {
     const std::string help = output_of(fmt::format("{} --help", command));
     SegmentOptions options;
     for_each_option(options, [&](const OptionInfo& info, const auto& value) {
+      if (std::string_view(command) == "report" && info.name == "method") return;  // the paper's four
       SCOPED_TRACE(fmt::format("{} {}", command, info.name));
       EXPECT_NE(entry_of(help, info.name).find(fmt::format("default: {}]", default_text(value))), std::string::npos);
     });

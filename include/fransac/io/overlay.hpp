@@ -15,6 +15,14 @@ namespace fransac::io {
 /// Distinct colours for labels 1, 2, …; the same label always has the same colour. Grey for no plane and no depth.
 std::array<std::uint8_t, 3> label_colour(std::uint8_t label);
 
+/// Distances that a picture of depth spans: all but the nearest and the farthest hundredth of the pixels. Zeros when nothing
+/// was measured.
+struct DepthRange {
+  float nearest_m = 0.0F;
+  float farthest_m = 0.0F;
+};
+DepthRange depth_range(const DepthView& depth);
+
 /// Planes in colour (blended, with their borders drawn full) over the colour picture when it is given and has the same
 /// size, else over the depth image shaded by distance. Pixels without depth are dark. One label per pixel; an empty picture for
 /// any other number.

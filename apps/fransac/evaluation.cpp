@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evaluation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <numbers>
+#include <system_error>
+
+#include "errors.hpp"
+#include "fransac/eval/metrics.hpp"
+#include "inputs.hpp"
+#include "progress.hpp"
+#include "statistics.hpp"
+
+namespace fransac::cli {
+namespace {
+
+void score_instances(Scores& scores, const eval::InstanceMetrics& metrics) {
+  scores[Quantity::instance_f1_50] = metrics.at50.f1;
+  scores[Quantity::instance_precision_50] = metrics.at50.precision;
+  scores[Quantity::instance_recall_50] = metrics.at50.recall;
+  scores[Quantity::mean_iou_50] = metrics.at50.mean_iou;
+  scores[Quantity::instance_f1_75] = metrics.at75.f1;
+  scores[Quantity::instance_precision_75] = metrics.at75.precision;
+  scores[Quantity::instance_recall_75] = metrics.at75.recall;
+  scores[Quantity::mean_iou_75] = metrics.at75.mean_iou;
+  scores[Quantity::weighted_iou] = metrics.weighted_iou;
+  scores[Quantity::plane_pixel_f1] = metrics.plane_pixel_f1;
+  scores[Quantity::under_segmentation] = metrics.under_segmentation;
+  scores[Quantity::over_segmentation] = metrics.over_segmentation;
+  scores[Quantity::missed] = metrics.missed;
+  scores[Quantity::noise] = metrics.noise;
+}
+
+/// Error of the predicted plane that overlaps the dominant one most, where the truth has its coefficients.
+void score_coefficients(Scores& scores, const io::Frame& frame, const Segmentation& segmentation, std::uint8_t best_label) {
+  const auto truth =
+      std::find_if(frame.true_planes.begin(), frame.true_planes.end(), [](const auto& plane) { return plane.first == 1; });
+  if (truth == frame.true_planes.end() || best_label == 0) return;
+  const eval::PlaneError error = eval::plane_error(truth->second, segmentation.planes[best_label - 1U].plane);
+  scores[Quantity::angle_deg] = error.angle_rad * 180.0 / std::numbers::pi;
+  scores[Quantity::offset_m] = error.offset_m;
+}
+
+Scores score(const io::Frame& frame, io::Truth truth, const SegmentOptions& options, const Segmentation& segmentation) {
+  const auto& true_labels = frame.labels->pixels;
+  const auto dominant = unwrap(eval::dominant_plane(true_labels, segmentation.labels));
+  const auto best = unwrap(eval::best_overlap(true_labels, segmentation.labels));
+  Scores scores;
+  scores[Quantity::precision] = dominant.precision();
+  scores[Quantity::recall] = dominant.recall();
+  scores[Quantity::f1] = dominant.f1();
+  scores[Quantity::best_f1] = best.detection.f1();
+  if (truth == io::Truth::planes && options.max_planes != 1) {
+    score_instances(scores, unwrap(eval::instance_metrics(true_labels, segmentation.labels)));
+  }
+  score_coefficients(scores, frame, segmentation, best.label);
+  return scores;
+}
+
+void set_fps(Scores& scores) {
+  const double ms = scores[Quantity::median_ms].value_or(0.0);
+  scores[Quantity::fps] = ms > 0.0 ? std::optional(1e3 / ms) : std::nullopt;
+}
+
+Row mean_of(const std::string& dataset, Method method, const std::vector<const Row*>& rows) {
+  Row mean{dataset, "mean", method, {}, {}};
+  for (std::size_t q = 0; q < kQuantityCount; ++q) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const Row* row : rows) {
+      sum += row->scores.values[q].value_or(0.0);
+      count += row->scores.values[q] ? 1.0 : 0.0;
+    }
+    if (count > 0.0) mean.scores.values[q] = sum / count;
+  }
+  for (const Row* row : rows) {
+    for (std::size_t s = 0; s < kStages; ++s) mean.stage_ms[s] += row->stage_ms[s] / static_cast<double>(rows.size());
+  }
+  set_fps(mean.scores);
+  return mean;
+}
+
+Row evaluate_frame(const Runs& runs, Method method, const std::string& dataset, io::Truth truth, const io::Frame& frame,
+                   Workspace& workspace, Segmentation& segmentation) {
+  const SegmentOptions options = runs.options_of(method);
+  std::vector<double> total_ms;
+  std::array<std::vector<double>, kStages> stage_ms;
+  for (int run = 0; run < runs.repeat; ++run) {
+    if (const Status status = segment(frame.view(), frame.camera, options, workspace, segmentation); !status) {
+      throw Failure(fmt::format("{}: {}: {}", dataset, frame.name, status.error().message));
+    }
+    total_ms.push_back(segmentation.timing.total_ms);
+    for (std::size_t s = 0; s < kStages; ++s) stage_ms[s].push_back(segmentation.timing.stage_ms[s]);
+  }
+  Row row{dataset, frame.name, method, {}, {}};
+  if (truth != io::Truth::none && frame.labels) row.scores = score(frame, truth, options, segmentation);
+  row.scores[Quantity::planes] = static_cast<double>(segmentation.planes.size());
+  row.scores[Quantity::median_ms] = median(total_ms);
+  set_fps(row.scores);
+  for (std::size_t s = 0; s < kStages; ++s) row.stage_ms[s] = median(stage_ms[s]);
+  return row;
+}
+
+}  // namespace
+
+io::Dataset open_dataset(const std::string& name, const Runs& runs, std::string_view no_clouds) {
+  const io::InputKind kind = unwrap(io::detect_kind(name));
+  if (kind == io::InputKind::pcd || kind == io::InputKind::ply) throw Failure(fmt::format("{}: {}", name, no_clouds));
+  io::Dataset dataset = unwrap(io::list_frames(name));
+  use_camera(runs.camera, dataset.frames);
+  return dataset;
+}
+
+io::Truth truth_of(const io::Dataset& dataset) {
+  const bool labelled_frame = dataset.kind == io::InputKind::frame && dataset.frames.front().labels;
+  return dataset.truth == io::Truth::none && labelled_frame ? io::Truth::dominant : dataset.truth;
+}
+
+void evaluate_dataset(const Runs& runs, const std::string& name, const io::Dataset& dataset, const FrameVisitor& visit) {
+  const io::Truth truth = truth_of(dataset);
+  Progress progress(dataset.frames.size());
+  Workspace workspace;
+  std::vector<Segmentation> segmentations(runs.methods.size());
+  for (const io::FrameFiles& files : dataset.frames) {
+    progress.step(files.name);
+    const io::Frame frame = unwrap(io::load_frame(files));
+    std::vector<Row> rows;
+    for (std::size_t m = 0; m < runs.methods.size(); ++m) {
+      rows.push_back(evaluate_frame(runs, runs.methods[m], name, truth, frame, workspace, segmentations[m]));
+    }
+    visit(files, frame, rows, segmentations);
+  }
+}
+
+std::vector<Row> means_of(const std::vector<std::string>& datasets, const std::vector<Method>& methods,
+                          const std::vector<Row>& rows) {
+  std::vector<Row> means;
+  for (const std::string& dataset : datasets) {
+    for (const Method method : methods) {
+      std::vector<const Row*> chosen;
+      for (const Row& row : rows) {
+        if (row.dataset == dataset && row.method == method) chosen.push_back(&row);
+      }
+      means.push_back(mean_of(dataset, method, chosen));
+    }
+  }
+  return means;
+}
+
+void check_named_once(const std::vector<std::string>& datasets) {
+  for (auto later = datasets.begin(); later != datasets.end(); ++later) {
+    const auto same = [&](const std::string& earlier) {
+      std::error_code error;
+      return earlier == *later || (std::filesystem::equivalent(earlier, *later, error) && !error);
+    };
+    if (std::any_of(datasets.begin(), later, same)) throw UsageError(fmt::format("DATASET: '{}' is named twice", *later));
+  }
+}
+
+std::string value_text(const Scores& scores, Quantity quantity) {
+  const std::optional<double>& value = scores[quantity];
+  return value ? fmt::format("{:.{}f}", *value, info_of(quantity).decimals) : "-";
+}
+
+}  // namespace fransac::cli

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Pieces of a page, well-formed as HTML and as XML.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fransac::cli::report {
+
+/// Text for an element or an attribute: nothing in it is markup, whatever a file's name is; what is no UTF-8 is replaced.
+std::string escape(std::string_view text);
+
+/// "data:image/png;base64,…"
+std::string png_uri(std::span<const std::byte> png);
+
+/// A table whose first column and first row are headings.
+class HtmlTable {
+ public:
+  /// `attributes`: of the table element, escaped.
+  HtmlTable(std::string_view caption, std::vector<std::string> headings, std::string attributes = {});
+  /// The first cell heads the row. `best[i]` marks cell i; may be empty.
+  void add(const std::vector<std::string>& cells, const std::vector<bool>& best = {});
+  /// What follows sums up what came before.
+  void foot();
+  [[nodiscard]] std::string text() const;
+
+ private:
+  std::string head_;
+  std::string body_;
+};
+
+}  // namespace fransac::cli::report
