@@ -33,7 +33,18 @@ FIGURES = ("precision", "recall", "f1", "best_f1")
 
 
 def command(program: str, setting: str, seed: int | str, datasets: list[str]) -> list[str]:
-    return [program, "evaluate", *datasets, "--method", ",".join(METHODS), *SETTINGS[setting], "--seed", str(seed), "--repeat", "1"]
+    return [
+        program,
+        "evaluate",
+        *datasets,
+        "--method",
+        ",".join(METHODS),
+        *SETTINGS[setting],
+        "--seed",
+        str(seed),
+        "--repeat",
+        "1",
+    ]
 
 
 def measure(program: pathlib.Path, datasets: list[pathlib.Path], seeds: int = SEEDS) -> list[dict[str, Any]]:
@@ -52,8 +63,8 @@ def aggregate(setting: str, runs: list[list[dict[str, Any]]]) -> list[dict[str, 
     """`runs` holds what `fransac evaluate` said of every scene, once per seed. A figure that a scene lacks is left out."""
     found: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for run in runs:
-        for scene in run:
-            found.setdefault((pathlib.PurePath(scene["dataset"]).name, scene["scene"], scene["method"]), []).append(scene)
+        for said in run:
+            found.setdefault((pathlib.PurePath(said["dataset"]).name, said["scene"], said["method"]), []).append(said)
 
     rows = []
     for (dataset, scene, method), seeds in found.items():
@@ -67,7 +78,13 @@ def aggregate(setting: str, runs: list[list[dict[str, Any]]]) -> list[dict[str, 
     means = []
     for dataset, method in dict.fromkeys((row["dataset"], row["method"]) for row in rows):
         scenes = find(rows, dataset=dataset, method=method)
-        average: dict[str, Any] = {"setting": setting, "dataset": dataset, "scene": "mean", "method": method, "seeds": scenes[0]["seeds"]}
+        average: dict[str, Any] = {
+            "setting": setting,
+            "dataset": dataset,
+            "scene": "mean",
+            "method": method,
+            "seeds": scenes[0]["seeds"],
+        }
         for name in (name for figure in FIGURES for name in (figure, f"{figure}_sd")):
             values = [row[name] for row in scenes if name in row]
             if values:

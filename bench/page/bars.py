@@ -77,8 +77,11 @@ def voxel_grid_bar(results: Results) -> Iterator[Claim]:
     approximate = [row for row in pcl_rows if "approximate" in row.peer]
     exact = [row for row in pcl_rows if "approximate" not in row.peer and row.build == "native"]
     open3d = results.select(suite="voxel_grid", library="open3d")
-    for name, rivals, limit in (("PCL `VoxelGrid`, native", exact, 10.0), ("PCL `ApproximateVoxelGrid`, its faster build", approximate, 4.0),
-                                ("Open3D `voxel_down_sample`", open3d, 9.0)):
+    for name, rivals, limit in (
+        ("PCL `VoxelGrid`, native", exact, 10.0),
+        ("PCL `ApproximateVoxelGrid`, its faster build", approximate, 4.0),
+        ("Open3D `voxel_down_sample`", open3d, 9.0),
+    ):
         for dataset in DATASETS:
             yield Claim(f"voxel grid faster than {name}", dataset, "≥", limit, times_faster(results, ours, rivals, dataset))
 
@@ -117,23 +120,43 @@ def same_name_bar(results: Results) -> Iterator[Claim]:
     for dataset in DATASETS:
         for peer, own in results.summaries(suite="segment", library="fransac", dataset=dataset, threads=1).items():
             rivals = results.summaries(suite="segment", method=own.first.method, dataset=dataset, threads=1)
-            best = max(((rival.f1, name) for name, rival in rivals.items() if rival.first.library != "fransac" and rival.f1 is not None),
-                       default=None)
+            best = max(
+                ((rival.f1, name) for name, rival in rivals.items() if rival.first.library != "fransac" and rival.f1 is not None),
+                default=None,
+            )
             if own.f1 is not None and best:
                 yield Claim(f"`{peer}`: mean F1, against `{best[1]}`", dataset, "≥", best[0], own.f1, unit="", slack=0.001)
 
 
 # Mean F1 before any of this work on speed: `fransac evaluate` with the defaults, mean over seeds 0 to 19.
 F1_BEFORE = {
-    ("mosd", "fransac"): 0.99704, ("mosd", "voxel-ransac"): 0.99704, ("mosd", "rransac"): 0.99695, ("mosd", "ransac"): 0.99695,
-    ("tum", "fransac"): 0.52080, ("tum", "voxel-ransac"): 0.51171, ("tum", "rransac"): 0.42730, ("tum", "ransac"): 0.45812,
+    ("mosd", "fransac"): 0.99704,
+    ("mosd", "voxel-ransac"): 0.99704,
+    ("mosd", "rransac"): 0.99695,
+    ("mosd", "ransac"): 0.99695,
+    ("tum", "fransac"): 0.52080,
+    ("tum", "voxel-ransac"): 0.51171,
+    ("tum", "rransac"): 0.42730,
+    ("tum", "ransac"): 0.45812,
 }
 
 
 def before_bar(results: Results) -> Iterator[Claim]:
-    now = {(row["dataset"], row["method"]): row["f1"] for row in results.accuracy if row["setting"] == "default" and row["scene"] == "mean"}
+    now = {
+        (row["dataset"], row["method"]): row["f1"]
+        for row in results.accuracy
+        if row["setting"] == "default" and row["scene"] == "mean"
+    }
     for (dataset, method), limit in F1_BEFORE.items():
-        yield Claim(f"`{method}`: mean F1 over 20 seeds, against before", dataset, "≥", limit, now.get((dataset, method)), unit="", slack=0.001)
+        yield Claim(
+            f"`{method}`: mean F1 over 20 seeds, against before",
+            dataset,
+            "≥",
+            limit,
+            now.get((dataset, method)),
+            unit="",
+            slack=0.001,
+        )
 
 
 def mosd_bar(results: Results) -> Iterator[Claim]:
@@ -154,7 +177,18 @@ def threads_bar(results: Results) -> Iterator[Claim]:
 
 
 BARS: tuple[Callable[[Results], Iterator[Claim]], ...] = (
-    floor_bar, fransac_bar, voxel_grid_bar, ransac_bar, rransac_bar, label_bar, latency_bar, threads_bar, same_name_bar, before_bar, mosd_bar)
+    floor_bar,
+    fransac_bar,
+    voxel_grid_bar,
+    ransac_bar,
+    rransac_bar,
+    label_bar,
+    latency_bar,
+    threads_bar,
+    same_name_bar,
+    before_bar,
+    mosd_bar,
+)
 
 
 def claims(results: Results) -> list[Claim]:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fills the blocks of docs/benchmark.md and docs/reproduction.md: the prose is written by hand, every figure comes from here.
 
-A block is what stands between `<!-- block: NAME -->` and `<!-- end -->`; NAME is one of BLOCKS, or `plot NAME` for one of the plots.
+A block is what stands between `<!-- block: NAME -->` and `<!-- end -->`; NAME is one of BLOCKS, or `plot NAME` with one
+of PLOTS.
 """
 
 from __future__ import annotations
@@ -11,14 +12,19 @@ from collections.abc import Callable, Container, Iterable, Sequence
 
 import accuracy
 import bars
-from results import FEW_SCENES, Results, Row, Summary, ratio
+from results import FEW_SCENES, Results, Row, Summary, ratio, summarise
 
 NOT_MEASURED = "*Not measured in this run.*"
 BLOCK = re.compile(r"(<!-- block: (?P<name>[^>]+?) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 # What the paper's abstract and conclusion state: means over its scenes. The only figures of the paper used here.
-PAPER = {("fps", "fransac"): "39.5", ("f1", "fransac"): "0.870", ("recall", "fransac"): "0.775", ("f1", "ransac"): "0.946",
-         ("speed-up", "fransac"): "7"}
+PAPER = {
+    ("fps", "fransac"): "39.5",
+    ("f1", "fransac"): "0.870",
+    ("recall", "fransac"): "0.775",
+    ("f1", "ransac"): "0.946",
+    ("speed-up", "fransac"): "7",
+}
 METHODS = accuracy.METHODS
 SETTING_NAMES = {
     "paper": "the paper's",
@@ -57,7 +63,7 @@ def machine(results: Results) -> str:
     lines = [
         ("machine", f"{about.get('cpu', '?')}, {about.get('cores', '?')} cores, {about.get('kernel', '?')}"),
         ("compiler", f"{about.get('compiler', '?')}, {about.get('build_type', '?')}"),
-        ("\"native\"", f"`{about.get('flags_native', '?')}`; ours and \"packaged\": the distribution's baseline, no `-march`"),
+        ('"native"', f"`{about.get('flags_native', '?')}`; ours and \"packaged\": the distribution's baseline, no `-march`"),
         ("libraries", ", ".join(f"{name} {version}" for name, version in about.get("libraries", {}).items())),
         ("commit, date", f"{about.get('commit') or '?'}, {about.get('date') or '?'}"),
         ("command", f"`{results.command}`"),
@@ -70,8 +76,15 @@ def claims(results: Results) -> str:
     for claim in bars.claims(results):
         digits = 4 if not claim.unit else 1 if claim.limit >= 2 else 2
         measured = number(claim.measured, digits, claim.unit)
-        lines.append((claim.what, claim.where, f"{claim.relation} {claim.limit:.{4 if not claim.unit else 1}f}{claim.unit}", measured,
-                      f"**{claim.verdict}**" if claim.met is False else claim.verdict))
+        lines.append(
+            (
+                claim.what,
+                claim.where,
+                f"{claim.relation} {claim.limit:.{4 if not claim.unit else 1}f}{claim.unit}",
+                measured,
+                f"**{claim.verdict}**" if claim.met is False else claim.verdict,
+            )
+        )
     return table(("what", "on", "bar", "measured", ""), lines, left=2)
 
 
@@ -100,9 +113,13 @@ def _against(results: Results, summary: Summary, found: dict[str, Summary]) -> s
     if row.library == "floor" or not summary.time:
         return ""
     if row.library == "fransac":
-        rivals = [(value, peer) for peer, other in found.items()
-                  if other.first.method == row.method and other.first.library != "fransac"
-                  and (value := ratio(other.rows, summary.rows)) is not None]
+        rivals = [
+            (value, peer)
+            for peer, other in found.items()
+            if other.first.method == row.method
+            and other.first.library != "fransac"
+            and (value := ratio(other.rows, summary.rows)) is not None
+        ]
         return f"**{significant(min(rivals)[0])}× faster** than {min(rivals)[1]}" if rivals else ""
     for peer, other in found.items():
         if other.first.library == "fransac" and other.first.method == row.method:
@@ -123,8 +140,16 @@ def _everybody(results: Results, suite: str, dataset: str) -> str:
     lines = []
     for peer, summary in found.items():
         name = f"**{peer}**" if summary.first.library == "fransac" else peer
-        cells = [name, _build(summary), _frames(summary), str(summary.runs), *_times(summary), significant(summary.fps), significant(ratio(summary.rows, floor)),
-                 _against(results, summary, found)]
+        cells = [
+            name,
+            _build(summary),
+            _frames(summary),
+            str(summary.runs),
+            *_times(summary),
+            significant(summary.fps),
+            significant(ratio(summary.rows, floor)),
+            _against(results, summary, found),
+        ]
         if has_truth:
             cells += [number(summary.precision), number(summary.recall), number(summary.f1, 4), number(summary.best_f1, 4)]
         lines.append(cells)
@@ -136,8 +161,13 @@ def _everybody(results: Results, suite: str, dataset: str) -> str:
 
 def _per_dataset(suite: str) -> Callable[[Results], str]:
     def block(results: Results) -> str:
-        parts = [f"**{dataset}**, milliseconds\n\n{_everybody(results, suite, dataset)}" for dataset in results.datasets(suite) if dataset]
+        parts = [
+            f"**{dataset}**, milliseconds\n\n{_everybody(results, suite, dataset)}"
+            for dataset in results.datasets(suite)
+            if dataset
+        ]
         return "\n\n".join(parts) or NOT_MEASURED
+
     return block
 
 
@@ -154,7 +184,11 @@ def same_method(results: Results) -> str:
             for peer in (f"pcl-{method}-native", f"pcl-{method}-packaged"):
                 rival = found.get(peer)
                 value = ratio(rival.rows, own.rows) if rival else None
-                cells += [ms(rival.time.median if rival and rival.time else None), significant(value, "×"), number(rival.f1 if rival else None, 4)]
+                cells += [
+                    ms(rival.time.median if rival and rival.time else None),
+                    significant(value, "×"),
+                    number(rival.f1 if rival else None, 4),
+                ]
             lines.append(cells)
     head = ("method", "on", "ours [ms]", "F1", "PCL native [ms]", "ours faster", "F1", "PCL packaged [ms]", "ours faster", "F1")
     return table(head, lines, left=2) if lines else NOT_MEASURED
@@ -192,28 +226,38 @@ def threads(results: Results) -> str:
     for peer in dict.fromkeys(row.peer for row in rows):
         for scene in dict.fromkeys(row.scene for row in rows):
             own = [row for row in rows if row.peer == peer and row.scene == scene]
-            one = [row for row in own if row.threads == 1 and row.time]
-            two = [row for row in own if row.threads == 2 and row.time]
+            one = [row for row in own if row.threads == 1]
+            two = [row for row in own if row.threads == 2]
             if one and two:
+                times = [summarise(rows).time for rows in (one, two)]
                 size = f"{one[0].width}×{one[0].height} pixels" if one[0].height > 1 else f"{one[0].points:,} points"
-                lines.append([peer, size, ms(one[0].time.median), ms(two[0].time.median), number(ratio(one, two), 2, "×")])
+                lines.append(
+                    [peer, size, *(ms(time.median if time else None) for time in times), number(ratio(one, two), 2, "×")]
+                )
     return table(("", "input", "1 thread [ms]", "2 threads [ms]", "speed-up"), lines, left=2) if lines else NOT_MEASURED
 
 
 def _paper_table(figure: str) -> Callable[[Results], str]:
     """Like the paper's tables 4 to 6: scenes of tum by methods in the paper's setting, mean ± standard deviation over seeds."""
+
     def block(results: Results) -> str:
         rows = accuracy.find(results.accuracy, setting="paper", dataset="tum")
         if not rows:
             return NOT_MEASURED
         cells = {(row["scene"], row["method"]): f"{row[figure]:.3f} ± {row[figure + '_sd']:.3f}" for row in rows}
-        mosd = {row["method"]: f"{row[figure]:.3f} ± {row[figure + '_sd']:.3f}"
-                for row in accuracy.find(results.accuracy, setting="paper", dataset="mosd", scene="mean")}
-        lines = [[f"tum {scene}", *(cells.get((scene, method), "–") for method in METHODS)] for scene in dict.fromkeys(row["scene"] for row in rows)]
+        mosd = {
+            row["method"]: f"{row[figure]:.3f} ± {row[figure + '_sd']:.3f}"
+            for row in accuracy.find(results.accuracy, setting="paper", dataset="mosd", scene="mean")
+        }
+        lines = [
+            [f"tum {scene}", *(cells.get((scene, method), "–") for method in METHODS)]
+            for scene in dict.fromkeys(row["scene"] for row in rows)
+        ]
         if mosd:
             lines.append(["mosd mean", *(mosd.get(method, "–") for method in METHODS)])
         lines.append(["the paper's mean", *(PAPER.get((figure, method), "–") for method in METHODS)])
         return table(("", *METHODS), lines)
+
     return block
 
 
@@ -222,8 +266,19 @@ def settings(results: Results) -> str:
     for dataset in dict.fromkeys(row["dataset"] for row in results.accuracy):
         for setting, name in SETTING_NAMES.items():
             for row in accuracy.find(results.accuracy, setting=setting, dataset=dataset, scene="mean"):
-                lines.append([dataset, name, row["method"], *(number(row[figure]) for figure in ("precision", "recall", "f1", "precision_sd"))])
-    return table(("", "setting", "method", "precision", "recall", "F1", "precision varies by"), lines, left=3) if lines else NOT_MEASURED
+                lines.append(
+                    [
+                        dataset,
+                        name,
+                        row["method"],
+                        *(number(row[figure]) for figure in ("precision", "recall", "f1", "precision_sd")),
+                    ]
+                )
+    return (
+        table(("", "setting", "method", "precision", "recall", "F1", "precision varies by"), lines, left=3)
+        if lines
+        else NOT_MEASURED
+    )
 
 
 def several(results: Results) -> str:
@@ -235,8 +290,16 @@ def several(results: Results) -> str:
     if not cells:
         return NOT_MEASURED
     columns = [(setting, method) for setting in ("paper-several", "several") for method in METHODS]
-    lines = [[f"tum {scene}", *(cells.get((scene, *column), "–") for column in columns)] for scene in dict.fromkeys(key[0] for key in cells)]
-    lines.append(["the paper's mean", *(PAPER.get(("f1", method), "–") if setting == "paper-several" else "" for setting, method in columns)])
+    lines = [
+        [f"tum {scene}", *(cells.get((scene, *column), "–") for column in columns)]
+        for scene in dict.fromkeys(key[0] for key in cells)
+    ]
+    lines.append(
+        [
+            "the paper's mean",
+            *(PAPER.get(("f1", method), "–") if setting == "paper-several" else "" for setting, method in columns),
+        ]
+    )
     return table(("", *(method + (", our defaults" if setting == "several" else "") for setting, method in columns)), lines)
 
 
@@ -250,12 +313,24 @@ def speed_up(results: Results) -> str:
             others = [found.get(pattern.format(method)) for method in METHODS]
             if base is None or not base.time:
                 continue
-            lines.append([dataset, name, *(significant(other.fps if other else None) for other in others),
-                          *(significant(ratio(base.rows, other.rows) if other else None, "×") for other in others[1:])])
+            lines.append(
+                [
+                    dataset,
+                    name,
+                    *(significant(other.fps if other else None) for other in others),
+                    *(significant(ratio(base.rows, other.rows) if other else None, "×") for other in others[1:]),
+                ]
+            )
     if not lines:
         return NOT_MEASURED
-    lines.append(["the paper's", "", *(PAPER.get(("fps", method), "–") for method in METHODS),
-                  *(f"{PAPER[('speed-up', method)]}×" if ("speed-up", method) in PAPER else "–" for method in METHODS[1:])])
+    lines.append(
+        [
+            "the paper's",
+            "",
+            *(PAPER.get(("fps", method), "–") for method in METHODS),
+            *(f"{PAPER[('speed-up', method)]}×" if ("speed-up", method) in PAPER else "–" for method in METHODS[1:]),
+        ]
+    )
     head = ("", "", *(f"{method} [fps]" for method in METHODS), *(f"{method} / ransac" for method in METHODS[1:]))
     return table(head, lines, left=2)
 
@@ -263,7 +338,10 @@ def speed_up(results: Results) -> str:
 def evaluate_commands(results: Results) -> str:
     lines = ["```sh"]
     for setting in accuracy.SETTINGS:
-        lines.append(" ".join(accuracy.command("fransac", setting, "SEED", ["../shared/data/tum", "../shared/data/mosd"])) + f"  # {setting}")
+        lines.append(
+            " ".join(accuracy.command("fransac", setting, "SEED", ["../shared/data/tum", "../shared/data/mosd"]))
+            + f"  # {setting}"
+        )
     return "\n".join([*lines, "```"])
 
 
@@ -303,8 +381,10 @@ def plot(name: str, drawn: Container[str]) -> str:
 
 def fill(text: str, results: Results, drawn: Container[str]) -> str:
     """`text` with its blocks rewritten; `drawn` holds the names of the plots that there are. An unknown block is a KeyError."""
+
     def block(match: re.Match[str]) -> str:
         name = match["name"]
         content = plot(name.removeprefix("plot "), drawn) if name.startswith("plot ") else BLOCKS[name](results)
         return f"{match[1]}{content}\n{match[3]}"
+
     return BLOCK.sub(block, text)

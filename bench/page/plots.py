@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import matplotlib
 
@@ -20,7 +20,15 @@ from results import FEW_SCENES, Results, Row, Summary, median  # noqa: E402
 
 # Okabe and Ito's palette, which colour-blind readers can tell apart.
 ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE, GREY = (
-    "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7", "#777777")
+    "#E69F00",
+    "#56B4E9",
+    "#009E73",
+    "#F0E442",
+    "#0072B2",
+    "#D55E00",
+    "#CC79A7",
+    "#777777",
+)
 LIBRARY_COLOURS = {"fransac": VERMILION, "pcl": BLUE, "open3d": GREEN, "opencv": PURPLE, "cgal": ORANGE, "floor": GREY}
 METHOD_COLOURS = {"fransac": VERMILION, "voxel-ransac": ORANGE, "rransac": GREEN, "ransac": BLUE}
 METHOD_MARKERS = {"fransac": "*", "voxel-ransac": "D", "rransac": "^", "ransac": "o", "multi-plane": "s", "voxel-grid": "D"}
@@ -28,9 +36,18 @@ STAGE_COLOURS = {"deproject": GREY, "pass_through": YELLOW, "voxel_grid": SKY, "
 LIBRARY_NAMES = {"fransac": "ours", "pcl": "PCL", "open3d": "Open3D", "opencv": "OpenCV", "cgal": "CGAL", "floor": "floor"}
 
 STYLE = {
-    "font.family": "DejaVu Sans", "font.size": 9, "axes.grid": True, "grid.color": "#dddddd", "grid.linewidth": 0.6,
-    "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False, "figure.facecolor": "white",
-    "svg.fonttype": "none", "svg.hashsalt": "fransac", "legend.frameon": False,
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.grid": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "figure.facecolor": "white",
+    "svg.fonttype": "none",
+    "svg.hashsalt": "fransac",
+    "legend.frameon": False,
 }
 
 
@@ -41,10 +58,14 @@ def _filled(row: Row) -> bool:
 
 def _marker(row: Row) -> dict[str, object]:
     colour = LIBRARY_COLOURS[row.library]
-    return {"marker": METHOD_MARKERS.get(row.method, "x"), "color": colour, "markerfacecolor": colour if _filled(row) else "white"}
+    return {
+        "marker": METHOD_MARKERS.get(row.method, "x"),
+        "color": colour,
+        "markerfacecolor": colour if _filled(row) else "white",
+    }
 
 
-def spread(heights: list[float], gap: float) -> list[float]:
+def spread(heights: Sequence[float], gap: float) -> list[float]:
     """Moves ascending heights as little as brings them `gap` apart: those too close are laid out evenly around their mean."""
     groups: list[tuple[float, int]] = []  # sum of the heights, count
     for height in heights:
@@ -57,12 +78,14 @@ def spread(heights: list[float], gap: float) -> list[float]:
     return [total / count + gap * (place - (count - 1) / 2) for total, count in groups for place in range(count)]
 
 
-def _label_ends(axes: Axes, ends: list[tuple[float, float, str, str]]) -> None:
+def _label_ends(axes: Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:
     """Writes (x, y, text, colour) right of each line's end, without overlaps. After the axes have their place and limits."""
     ends = sorted(ends, key=lambda end: end[1])
     heights = [axes.transData.transform((x, y))[1] * 72.0 / axes.figure.dpi for x, y, _, _ in ends]
     for (x, y, text, colour), height, placed in zip(ends, heights, spread(heights, 10.0)):
-        axes.annotate(text, (x, y), xytext=(8, placed - height), textcoords="offset points", va="center", fontsize=8, color=colour)
+        axes.annotate(
+            text, (x, y), xytext=(8, placed - height), textcoords="offset points", va="center", fontsize=8, color=colour
+        )
 
 
 def _plain_ticks(axis: Axis, low: float, high: float) -> None:
@@ -80,7 +103,9 @@ def fps_by_scene(results: Results) -> Figure | None:
     for dataset in (name for name in datasets if name):
         scenes = list(dict.fromkeys(row.scene for row in results.select(suite="segment", dataset=dataset)))
         if len(scenes) <= FEW_SCENES:
-            columns += [(f"{dataset}\n{scene}", results.summaries(suite="segment", dataset=dataset, scene=scene)) for scene in scenes]
+            columns += [
+                (f"{dataset}\n{scene}", results.summaries(suite="segment", dataset=dataset, scene=scene)) for scene in scenes
+            ]
         else:
             columns.append((f"{dataset}\n({len(scenes)} scenes)", results.summaries(suite="segment", dataset=dataset)))
     if not columns:
@@ -88,8 +113,10 @@ def fps_by_scene(results: Results) -> Figure | None:
     figure, axes = plt.subplots(figsize=(8.2, 4.2))
     ends = []
     for method, colour in METHOD_COLOURS.items():
-        for peer, style in ((method, {"linewidth": 1.8, "markersize": 6}),
-                            (f"pcl-{method}-native", {"linewidth": 1.0, "markersize": 4.5, "linestyle": "--", "markerfacecolor": "white"})):
+        for peer, style in (
+            (method, {"linewidth": 1.8, "markersize": 6}),
+            (f"pcl-{method}-native", {"linewidth": 1.0, "markersize": 4.5, "linestyle": "--", "markerfacecolor": "white"}),
+        ):
             points = [(x, fps) for x, (_, found) in enumerate(columns) if peer in found and (fps := found[peer].fps)]
             if points:
                 axes.plot(*zip(*points), marker="o", color=colour, **style)
@@ -118,20 +145,34 @@ def accuracy_speed(results: Results) -> Figure | None:
                 continue
             seen.append(row)
             size = 13 if row.library == "fransac" and row.method == "fransac" else 9 if row.library == "fransac" else 6.5
-            axes.plot(found.time.median, found.f1, linestyle="none", markersize=size, zorder=3 if row.library == "fransac" else 2,
-                      **_marker(row))
+            axes.plot(
+                found.time.median,
+                found.f1,
+                linestyle="none",
+                markersize=size,
+                zorder=3 if row.library == "fransac" else 2,
+                **_marker(row),
+            )
         axes.set_xscale("log")
         _plain_ticks(axes.xaxis, *axes.get_xlim())
         axes.set_xlabel("median time per frame [ms], one thread")
-        axes.set_title(f"{dataset} ({len({row.scene for row in results.select(suite='segment', dataset=dataset)})} frames)", loc="left", fontsize=9)
+        axes.set_title(
+            f"{dataset} ({len({row.scene for row in results.select(suite='segment', dataset=dataset)})} frames)",
+            loc="left",
+            fontsize=9,
+        )
     panels[0][0].set_ylabel("mean F1 of the dominant plane")
     libraries = list(dict.fromkeys(row.library for row in seen))
     methods = [method for method in METHOD_MARKERS if any(row.method == method for row in seen)]
-    handles = [Line2D([], [], linestyle="none", marker="o", markersize=7, color=LIBRARY_COLOURS[library]) for library in libraries]
+    handles = [
+        Line2D([], [], linestyle="none", marker="o", markersize=7, color=LIBRARY_COLOURS[library]) for library in libraries
+    ]
     names = [LIBRARY_NAMES[library] for library in libraries]
     handles.append(Line2D([], [], linestyle="none", marker="o", markersize=7, color="#444444", markerfacecolor="white"))
     names.append("Debian's build")
-    handles += [Line2D([], [], linestyle="none", marker=METHOD_MARKERS[method], markersize=7, color="#444444") for method in methods]
+    handles += [
+        Line2D([], [], linestyle="none", marker=METHOD_MARKERS[method], markersize=7, color="#444444") for method in methods
+    ]
     names += methods
     figure.legend(handles, names, loc="lower center", ncol=6, fontsize=8)
     figure.subplots_adjust(left=0.08, right=0.98, top=0.94, bottom=0.25, wspace=0.2)
@@ -159,8 +200,14 @@ def stages(results: Results) -> Figure | None:
     axes.grid(axis="y", visible=False)
     axes.margins(x=0.12)
     axes.set_xlabel("milliseconds per frame, medians over frames, one thread")
-    axes.legend([plt.Rectangle((0, 0), 1, 1, color=STAGE_COLOURS[name]) for name in names], [name.replace("_", " ") for name in names],
-                loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=len(names), fontsize=8)
+    axes.legend(
+        [plt.Rectangle((0, 0), 1, 1, color=STAGE_COLOURS[name]) for name in names],
+        [name.replace("_", " ") for name in names],
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncol=len(names),
+        fontsize=8,
+    )
     figure.tight_layout()
     return figure
 
@@ -172,8 +219,15 @@ def _scaling(axes: Axes, rows: list[Row], size: Callable[[Row], int]) -> None:
         sizes = sorted({size(row) for row in own})
         times = [median(row.time.median for row in own if row.time and size(row) == x) for x in sizes]
         ours = own[0].library == "fransac"
-        axes.plot(sizes, times, label=peer, linewidth=2.2 if ours else 1.0, markersize=7 if ours else 4.5, zorder=3 if ours else 2,
-                  **_marker(own[0]))
+        axes.plot(
+            sizes,
+            times,
+            label=peer,
+            linewidth=2.2 if ours else 1.0,
+            markersize=7 if ours else 4.5,
+            zorder=3 if ours else 2,
+            **_marker(own[0]),
+        )
     axes.set_xscale("log")
     axes.set_yscale("log")
     _plain_ticks(axes.xaxis, *axes.get_xlim())
@@ -203,8 +257,10 @@ def resolution(results: Results) -> Figure | None:
 def points(results: Results) -> Figure | None:
     """Methods above, voxel grids alone below."""
     rows = [row for row in results.select(suite="points") if row.time]
-    groups = [("a plane and labels", [row for row in rows if row.method != "voxel-grid"]),
-              ("voxel grid alone", [row for row in rows if row.method == "voxel-grid"])]
+    groups = [
+        ("a plane and labels", [row for row in rows if row.method != "voxel-grid"]),
+        ("voxel grid alone", [row for row in rows if row.method == "voxel-grid"]),
+    ]
     groups = [group for group in groups if group[1]]
     if not groups:
         return None

@@ -17,7 +17,6 @@ import pathlib
 from collections.abc import Callable, Iterable
 from typing import Any
 
-
 # Datasets with more scenes are shown by their means only.
 FEW_SCENES = 12
 
@@ -85,7 +84,7 @@ class Row:
 
 @dataclasses.dataclass(frozen=True)
 class Summary:
-    """One peer on a whole dataset. `timed` of its `frames` were timed; all else is over those, accuracy over all frames with truth."""
+    """One peer on a whole dataset. Times are over the `timed` ones of its `frames`, accuracy over all with truth."""
 
     rows: tuple[Row, ...]
     frames: int
@@ -128,8 +127,17 @@ def summarise(rows: Iterable[Row]) -> Summary:
         values = [value for row in listed if (value := of(row)) is not None]
         return mean(values) if values else None
 
-    return Summary(listed, len(listed), len(timed), time, stages, accuracy(lambda row: row.precision),
-                   accuracy(lambda row: row.recall), accuracy(lambda row: row.f1), accuracy(lambda row: row.best_f1))
+    return Summary(
+        listed,
+        len(listed),
+        len(timed),
+        time,
+        stages,
+        accuracy(lambda row: row.precision),
+        accuracy(lambda row: row.recall),
+        accuracy(lambda row: row.f1),
+        accuracy(lambda row: row.best_f1),
+    )
 
 
 def ratio(slow: Iterable[Row], fast: Iterable[Row]) -> float | None:
@@ -170,15 +178,31 @@ FIELDS = [field.name for field in dataclasses.fields(Row)]
 def _row(raw: dict[str, Any]) -> Row:
     times = raw.get("times_ms") or []
     return Row(
-        suite=raw["suite"], peer=raw["peer"], library=raw["library"], build=raw["build"], method=raw["method"],
-        dataset=raw.get("dataset") or "", scene=raw.get("scene") or "", width=raw.get("width") or 0, height=raw.get("height") or 0,
-        points=raw.get("points") or 0, threads=raw.get("threads") or 1, repeats=len(times), time=Time.of(times) if times else None,
-        stages_ms=raw.get("stages_ms") or {}, precision=raw.get("precision"), recall=raw.get("recall"), f1=raw.get("f1"), best_f1=raw.get("best_f1"),
-        leaves=raw.get("leaves"), note=raw.get("note") or "")
+        suite=raw["suite"],
+        peer=raw["peer"],
+        library=raw["library"],
+        build=raw["build"],
+        method=raw["method"],
+        dataset=raw.get("dataset") or "",
+        scene=raw.get("scene") or "",
+        width=raw.get("width") or 0,
+        height=raw.get("height") or 0,
+        points=raw.get("points") or 0,
+        threads=raw.get("threads") or 1,
+        repeats=len(times),
+        time=Time.of(times) if times else None,
+        stages_ms=raw.get("stages_ms") or {},
+        precision=raw.get("precision"),
+        recall=raw.get("recall"),
+        f1=raw.get("f1"),
+        best_f1=raw.get("best_f1"),
+        leaves=raw.get("leaves"),
+        note=raw.get("note") or "",
+    )
 
 
 def _compact_row(cells: list[Any]) -> Row:
-    named = dict(zip(FIELDS, cells, strict=True))
+    named = dict(zip(FIELDS, cells))
     return Row(**(named | {"time": Time(*named["time"]) if named["time"] else None}))
 
 
@@ -218,6 +242,7 @@ def _cells(row: Row) -> list[Any]:
 
 def save(results: Results, path: pathlib.Path) -> None:
     """The compact form, a line per row so that two versions can be compared line by line."""
+
     def lines(items: Iterable[Any]) -> str:
         return ",\n".join(json.dumps(_rounded(item), separators=(",", ":")) for item in items)
 
@@ -225,4 +250,6 @@ def save(results: Results, path: pathlib.Path) -> None:
     path.write_text(
         f'{{"machine": {json.dumps(results.machine, indent=1)},\n"command": {json.dumps(results.command)},\n'
         f'"columns": {json.dumps(FIELDS)},\n"rows": [\n{lines(_cells(row) for row in results.rows)}\n],\n'
-        f'"accuracy": [\n{lines(results.accuracy)}\n]}}\n', encoding="utf-8")
+        f'"accuracy": [\n{lines(results.accuracy)}\n]}}\n',
+        encoding="utf-8",
+    )
