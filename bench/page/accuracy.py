@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Accuracy of the paper's four methods over settings and seeds, from `fransac evaluate`.
 
-One random search says little about a method; so each setting runs with every seed of SEEDS. What is kept per setting,
-dataset, scene and method: the mean over seeds, and as `*_sd` the standard deviation over seeds. The scene "mean" is the mean
-of that over the dataset's scenes (all that is kept of datasets with many): its `*_sd` is how much one scene's figure varies, on average.
+One random search says little about a method, so each setting runs with every seed of SEEDS. What is kept per setting,
+dataset, scene and method: the mean over seeds, and as `*_sd` the standard deviation over seeds. The scene "mean", which is
+all that is kept of datasets with many scenes, has the means over scenes of both.
 """
 
 from __future__ import annotations
