@@ -292,6 +292,7 @@ def draw(results: Results, folder: pathlib.Path, png: bool = False) -> list[str]
         for name, figure_of in FIGURES.items():
             figure = figure_of(results)
             if figure is None:
+                (folder / f"{name}.svg").unlink(missing_ok=True)
                 continue
             figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
             if png:
