@@ -107,25 +107,28 @@ def _times(summary: Summary) -> list[str]:
     return [ms(time.min), ms(time.median), ms(time.p99)]
 
 
-def _against(results: Results, summary: Summary, found: dict[str, Summary]) -> str:
-    """Ours: how much faster than the best rival of the same method. Rivals: how much slower than ours of the same method."""
+def _faster(value: float, peer: str) -> str:
+    """`value`: how many times longer the other one takes."""
+    return f"{significant(value)}× faster than {peer}" if value >= 1.0 else f"{significant(1.0 / value)}× slower than {peer}"
+
+
+def _against(summary: Summary, found: dict[str, Summary]) -> str:
+    """Ours: against the best rival of the same method. Rivals: against ours of the same method."""
     row = summary.first
-    if row.library == "floor" or not summary.time:
+    if row.library == "floor":
         return ""
-    if row.library == "fransac":
-        rivals = [
-            (value, peer)
-            for peer, other in found.items()
-            if other.first.method == row.method
-            and other.first.library != "fransac"
-            and (value := ratio(other.rows, summary.rows)) is not None
-        ]
-        return f"**{significant(min(rivals)[0])}× faster** than {min(rivals)[1]}" if rivals else ""
-    for peer, other in found.items():
-        if other.first.library == "fransac" and other.first.method == row.method:
-            value = ratio(summary.rows, other.rows)
-            return f"{significant(value)}× slower than {peer}" if value else ""
-    return ""
+    ours = row.library == "fransac"
+    others = [
+        (value, peer)
+        for peer, other in found.items()
+        if other.first.method == row.method
+        and (other.first.library == "fransac") != ours
+        and (value := ratio(other.rows, summary.rows)) is not None
+    ]
+    if not others:
+        return ""
+    text = _faster(*min(others))
+    return f"**{text}**" if ours else text
 
 
 def _listed(notes: list[str]) -> str:
@@ -148,7 +151,7 @@ def _everybody(results: Results, suite: str, dataset: str) -> str:
             *_times(summary),
             significant(summary.fps),
             significant(ratio(summary.rows, floor)),
-            _against(results, summary, found),
+            _against(summary, found),
         ]
         if has_truth:
             cells += [number(summary.precision), number(summary.recall), number(summary.f1, 4), number(summary.best_f1, 4)]

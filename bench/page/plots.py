@@ -84,7 +84,14 @@ def _label_ends(axes: Axes, ends: Sequence[tuple[float, float, str, str]]) -> No
     heights = [axes.transData.transform((x, y))[1] * 72.0 / axes.figure.dpi for x, y, _, _ in ends]
     for (x, y, text, colour), height, placed in zip(ends, heights, spread(heights, 10.0)):
         axes.annotate(
-            text, (x, y), xytext=(8, placed - height), textcoords="offset points", va="center", fontsize=8, color=colour
+            text,
+            (x, y),
+            xytext=(8, placed - height),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+            color=colour,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
         )
 
 
