@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From the results of bench_peers to the pages: `python3 bench/page COMMAND …`. scripts/bench calls it."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import pathlib
+import sys
+
+import accuracy
+import page
+import results
+
+DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
+PAGES = ("benchmark.md", "reproduction.md")
+
+
+def measure(arguments: argparse.Namespace) -> None:
+    table = accuracy.measure(arguments.program, arguments.dataset, arguments.seeds)
+    arguments.out.write_text(json.dumps(table) + "\n", encoding="utf-8")
+
+
+def render(arguments: argparse.Namespace) -> None:
+    """The pages of DOCS with their blocks filled, their plots and the compact results, into OUT."""
+    found = results.compact(results.load(arguments.results, arguments.accuracy))
+    folder = arguments.out / "benchmark"
+    results.save(found, folder / "results.json")
+    if not importlib.util.find_spec("matplotlib"):
+        sys.exit("bench/page: no matplotlib; scripts/bootstrap bench installs it")
+    import plots
+
+    drawn = plots.draw(found, folder, png=arguments.png)
+    for name in PAGES:
+        text = (DOCS / name).read_text(encoding="utf-8")
+        (arguments.out / name).write_text(page.fill(text, found, drawn), encoding="utf-8")
+        print(arguments.out / name)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="bench/page", description=__doc__)
+    commands = parser.add_subparsers(required=True)
+    one = commands.add_parser("accuracy", help="runs `fransac evaluate` over settings and seeds")
+    one.add_argument("program", type=pathlib.Path)
+    one.add_argument("dataset", type=pathlib.Path, nargs="+")
+    one.add_argument("--seeds", type=int, default=accuracy.SEEDS)
+    one.add_argument("--out", type=pathlib.Path, required=True)
+    one.set_defaults(run=measure)
+    one = commands.add_parser("render", help="fills the pages and draws the plots")
+    one.add_argument("results", type=pathlib.Path, help="JSON of bench_peers, or docs/benchmark/results.json")
+    one.add_argument("--accuracy", type=pathlib.Path, help="what `accuracy` wrote")
+    one.add_argument("--out", type=pathlib.Path, default=DOCS)
+    one.add_argument("--png", action="store_true", help="plots as PNG as well")
+    one.set_defaults(run=render)
+    arguments = parser.parse_args()
+    arguments.run(arguments)
+
+
+if __name__ == "__main__":
+    main()
