@@ -89,41 +89,54 @@ TEST(DrawSample, AllOfThreeDataIsTheOnlySample) {
 
 // ---- the loop, against a problem small enough to see through ----
 
-/// The location of scalars: two different numbers propose their mean; inliers lie within 1 of it.
+/// Scores a model on the first data of a problem by asking each, as the concept wants it.
+template <class Problem, class Model>
+SampleScore sample_score(const Problem& problem, const Model& model, const Bar& bar) {
+  SampleScore score;
+  std::uint32_t i = 0;
+  for (std::size_t c = 0; c < kCheckpoints.size(); ++c) {
+    for (; i < std::min(kCheckpoints[c], problem.num_sampled()); ++i) {
+      score.inliers += static_cast<std::uint64_t>(problem.is_inlier(model, i));
+    }
+    score.value[c] = static_cast<double>(score.inliers);
+    if (!bar.passed_at(c, score.value[c])) break;
+  }
+  return score;
+}
+
+/// The location of scalars: two different numbers propose their mean; inliers lie within 1 of it. All data are the sample.
 struct Location {
   using Model = double;
   static constexpr int kSampleSize = 2;
 
   std::vector<double> data;
 
-  [[nodiscard]] std::uint32_t num_data() const { return static_cast<std::uint32_t>(data.size()); }
+  [[nodiscard]] std::uint64_t num_data() const { return data.size(); }
+  [[nodiscard]] std::uint32_t num_sampled() const { return static_cast<std::uint32_t>(data.size()); }
   [[nodiscard]] std::optional<double> generate(const std::array<std::uint32_t, 2>& sample) const {
     if (data[sample[0]] == data[sample[1]]) return std::nullopt;
     return (data[sample[0]] + data[sample[1]]) / 2.0;
   }
   [[nodiscard]] bool is_inlier(double model, std::uint32_t i) const { return std::abs(data[i] - model) <= 1.0; }
-  [[nodiscard]] Score score_of(double model) const {
-    Score score;
-    for (std::uint32_t i = 0; i < num_data(); ++i) score.inliers += static_cast<std::uint64_t>(is_inlier(model, i));
-    score.value = static_cast<double>(score.inliers);
-    return score;
-  }
-  void score(std::span<const double> models, const Score& to_beat, std::span<Score> scores) const {
-    std::transform(models.begin(), models.end(), scores.begin(), [&](double model) { return score_of(model); });
-    for (Score& s : scores) {
-      if (s.value <= to_beat.value) s = {};  // what the concept permits: losers may get any smaller score
-    }
+  void score(std::span<const double> models, const Bar& bar, std::span<SampleScore> scores) const {
+    std::transform(models.begin(), models.end(), scores.begin(), [&](double model) { return sample_score(*this, model, bar); });
   }
   [[nodiscard]] std::optional<double> refine(double model) const {
     double sum = 0.0;
     std::uint32_t count = 0;
-    for (std::uint32_t i = 0; i < num_data(); ++i) {
+    for (std::uint32_t i = 0; i < num_sampled(); ++i) {
       if (!is_inlier(model, i)) continue;
       sum += data[i];
       ++count;
     }
     if (count == 0) return std::nullopt;
     return sum / count;
+  }
+  [[nodiscard]] Score verify(double model, const Score& to_beat) const {
+    const auto on = [&](double x) { return std::abs(x - model) <= 1.0; };
+    const auto inliers = static_cast<std::uint64_t>(std::count_if(data.begin(), data.end(), on));
+    const Score score{static_cast<double>(inliers), inliers};
+    return score.value > to_beat.value ? score : Score{};  // what the concept permits: losers may get any smaller score
   }
 };
 static_assert(SamplingProblem<Location>);
@@ -138,36 +151,42 @@ Location located(double inlier_share, int size, RandomStream random) {
   return problem;
 }
 
-/// The loop as one would write it without batches, threads or bail-out: the truth for the one in the library.
+template <SamplingProblem Problem>
+SampleScore full_sample_score(const Problem& problem, const typename Problem::Model& model) {
+  SampleScore score;
+  problem.score(std::span(&model, 1), Bar{}, std::span(&score, 1));
+  return score;
+}
+
+/// The loop as one would write it without batches, threads or preemption, where all data are the sample: the truth for the one in
+/// the library.
 template <SamplingProblem Problem>
 RansacResult<typename Problem::Model> plain_ransac(const Problem& problem, const RansacOptions& options) {
   using Model = typename Problem::Model;
   RansacResult<Model> best;
-  const Score nothing_to_beat{-1.0, 0};
   std::uint64_t needed = options.max_iterations;
   for (std::uint64_t i = 0; i < needed; ++i) {
     RandomStream random(options.seed, (std::uint64_t{options.round} << 32) + i);
     ++best.iterations;
     std::optional<Model> model;
     for (int attempt = 0; attempt < 100 && !model; ++attempt) {
-      model = problem.generate(draw_sample<Problem::kSampleSize>(random, problem.num_data()));
+      model = problem.generate(draw_sample<Problem::kSampleSize>(random, problem.num_sampled()));
       if (!model) ++best.degenerate;
     }
     if (!model) continue;
     bool passed = true;
     for (int d = 0; d < options.pretest_points && passed; ++d)
-      passed = problem.is_inlier(*model, random.below(problem.num_data()));
+      passed = problem.is_inlier(*model, random.below(problem.num_sampled()));
     if (!passed) {
       ++best.rejected;
       continue;
     }
-    Score score;
-    problem.score(std::span(&*model, 1), nothing_to_beat, std::span(&score, 1));
-    if (score.value <= best.score.value) continue;
-    best.model = model;
-    best.score = score;
-    if (options.local_optimisation) optimise_locally(problem, best);
-    const double q = static_cast<double>(best.score.inliers) / problem.num_data();
+    detail::Candidate<Model> candidate{*model, full_sample_score(problem, *model)};
+    if (candidate.score.total() <= best.score.value) continue;
+    if (options.local_optimisation) optimise_locally(problem, candidate);
+    best.model = candidate.model;
+    best.score = {candidate.score.total(), candidate.score.inliers};
+    const double q = static_cast<double>(best.score.inliers) / static_cast<double>(problem.num_data());
     needed = std::min<std::uint64_t>(options.max_iterations,
                                      required_iterations(options.probability, q, Problem::kSampleSize, options.pretest_points));
     best.stop_reason = needed < options.max_iterations ? StopReason::confidence : StopReason::max_iterations;
@@ -191,18 +210,19 @@ void expect_equal(const RansacResult<Model>& a, const RansacResult<Model>& b) {
   EXPECT_EQ(a.iterations, b.iterations);
   EXPECT_EQ(a.rejected, b.rejected);
   EXPECT_EQ(a.degenerate, b.degenerate);
+  EXPECT_EQ(a.verified, b.verified);
   EXPECT_EQ(a.stop_reason, b.stop_reason);
 }
 
 template <SamplingProblem Problem>
 RansacResult<typename Problem::Model> run(const Problem& problem, const RansacOptions& options) {
-  RansacWorkspace<typename Problem::Model> work;
+  RansacWorkspace<Problem> work;
   return ransac(problem, options, work);
 }
 
 TEST(Ransac, IsThePlainLoopAtAnyNumberOfThreads) {
   // The number of threads sets the size of the batches too: each ends at other hypotheses.
-  RansacWorkspace<double> work;  // reused throughout: what is left in it must not matter
+  RansacWorkspace<Location> work;  // reused throughout: what is left in it must not matter
   for (const double share : {0.9, 0.4, 0.1}) {
     const Location problem = located(share, 300, testing::test_random(static_cast<std::uint64_t>(10 * share)));
     for (const int pretest_points : {0, 1, 2}) {
@@ -306,14 +326,13 @@ TEST(Ransac, LocalOptimisationNeverLowersTheScoreAndMostlyRaisesIt) {
   const Location problem = located(0.5, 400, testing::test_random());
   int raised = 0;
   for (std::uint32_t i = 0; i < 50; ++i) {
-    RansacResult<double> best;
-    best.model = 0.9 * std::sin(static_cast<double>(i));
-    best.score = problem.score_of(*best.model);
-    const double before = best.score.value;
-    optimise_locally(problem, best);
-    EXPECT_GE(best.score.value, before);
-    EXPECT_EQ(best.score.value, problem.score_of(*best.model).value);
-    raised += static_cast<int>(best.score.value > before);
+    const double start = 0.9 * std::sin(static_cast<double>(i));
+    detail::Candidate<double> candidate{start, full_sample_score(problem, start)};
+    const double before = candidate.score.total();
+    optimise_locally(problem, candidate);
+    EXPECT_GE(candidate.score.total(), before);
+    EXPECT_EQ(candidate.score.total(), full_sample_score(problem, candidate.model).total());
+    raised += static_cast<int>(candidate.score.total() > before);
   }
   EXPECT_GE(raised, 40);  // only those that start within a data point of the optimum have nothing to gain
 }
@@ -327,16 +346,19 @@ struct OneModel {
   std::uint32_t size;
   std::uint32_t inliers;
 
-  [[nodiscard]] std::uint32_t num_data() const { return size; }
+  [[nodiscard]] std::uint64_t num_data() const { return size; }
+  [[nodiscard]] std::uint32_t num_sampled() const { return size; }
   [[nodiscard]] std::optional<int> generate(const std::array<std::uint32_t, 3>& /*sample*/) const { return 1; }
   [[nodiscard]] bool is_inlier(int model, std::uint32_t i) const { return model == 1 && i < inliers; }
-  void score(std::span<const int> models, const Score& /*to_beat*/, std::span<Score> scores) const {
-    std::transform(models.begin(), models.end(), scores.begin(), [&](int m) {
-      return m == 1 ? Score{1.0 * inliers, inliers} : Score{};
-    });
+  void score(std::span<const int> models, const Bar& bar, std::span<SampleScore> scores) const {
+    std::transform(models.begin(), models.end(), scores.begin(), [&](int model) { return sample_score(*this, model, bar); });
   }
   [[nodiscard]] std::optional<int> refine(int model) const { return model; }
+  [[nodiscard]] Score verify(int model, const Score& /*to_beat*/) const {
+    return model == 1 ? Score{1.0 * inliers, inliers} : Score{};
+  }
 };
+static_assert(SamplingProblem<OneModel>);
 
 TEST(Pretest, GoodHypothesesPassWithProbabilityQToTheD) {
   constexpr int kHypotheses = 20000;
@@ -409,96 +431,153 @@ Plane random_plane(const PointCloud& cloud, RandomStream& random) {
   }
 }
 
+/// A plane problem over a cloud, with what it refers to.
+struct CloudProblem {
+  CloudProblem(const PointCloud& cloud, double threshold_m, Scoring scoring, std::uint64_t seed = 0, int threads = 1)
+      : data(cloud, threads), problem(data, threshold_m, scoring, seed, 0, sample) {}
+  CloudData data;
+  PointCloud sample;
+  PlaneProblem problem;
+};
+
+constexpr Score kNothingToBeat{-1.0, 0};
+constexpr Scoring kScorings[] = {Scoring::inliers, Scoring::msac};
+
 TEST(PlaneProblem, ScoresClosedForm) {
   // Distances 0, t/2, t (an inlier: eq. 1 includes the end), -t/4, 2t from z = 1; all are exact in float.
   const PointCloud cloud = testing::cloud_of({{3, 4, 1}, {1, 1, 1.25}, {-2, 0, 1.5}, {0, 5, 0.875}, {0, 0, 2}});
   const Plane plane = *make_plane({0, 0, 1}, -1);
-  Score score;
-  PlaneProblem(cloud, 0.5, Scoring::inliers).score(std::span(&plane, 1), {-1.0, 0}, std::span(&score, 1));
-  EXPECT_EQ(score.inliers, 4U);
-  EXPECT_EQ(score.value, 4.0);
-  PlaneProblem(cloud, 0.5, Scoring::msac).score(std::span(&plane, 1), {-1.0, 0}, std::span(&score, 1));
-  EXPECT_EQ(score.inliers, 4U);
-  EXPECT_EQ(score.value, 1.0 + 0.75 + 0.0 + 0.9375);
-}
-
-TEST(PlaneProblem, ScoresManyPlanesOverManyPoints) {
-  RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(3000, 2003, 0.005, random);
-  std::vector<Plane> planes;
-  for (int i = 0; i < 130; ++i) planes.push_back(random_plane(cloud, random));
-  for (const Scoring scoring : {Scoring::inliers, Scoring::msac}) {
-    const PlaneProblem problem(cloud, 0.01, scoring);
-    std::vector<Score> scores(planes.size());
-    problem.score(planes, {-1.0, 0}, scores);
-    for (std::size_t m = 0; m < planes.size(); ++m) {
-      std::uint64_t inliers = 0;
-      double gain = 0.0;
-      int at_the_border = 0;  // float and double may disagree there
-      for (std::size_t i = 0; i < cloud.size(); ++i) {
-        const double share = planes[m].signed_distance(cloud.local(i)) / 0.01;
-        at_the_border += static_cast<int>(std::abs(std::abs(share) - 1.0) < 1e-4);
-        if (std::abs(share) > 1.0) continue;
-        ++inliers;
-        gain += 1.0 - share * share;
-      }
-      EXPECT_NEAR(static_cast<double>(scores[m].inliers), static_cast<double>(inliers), at_the_border);
-      EXPECT_NEAR(scores[m].value, scoring == Scoring::msac ? gain : static_cast<double>(inliers), 1e-4 * gain + at_the_border);
-    }
+  for (const Scoring scoring : kScorings) {
+    const CloudProblem cloud_problem(cloud, 0.5, scoring);
+    const double expected = scoring == Scoring::inliers ? 4.0 : 1.0 + 0.75 + 0.0 + 0.9375;
+    const SampleScore in_sample = full_sample_score(cloud_problem.problem, plane);
+    EXPECT_EQ(in_sample.inliers, 4U);
+    EXPECT_THAT(in_sample.value, ::testing::Each(expected));  // every checkpoint lies beyond the last point
+    const Score of_all = cloud_problem.problem.verify(plane, kNothingToBeat);
+    EXPECT_EQ(of_all.inliers, 4U);
+    EXPECT_EQ(of_all.value, expected);
   }
 }
 
-TEST(PlaneProblem, BailOutNeverRaisesALoserNorTouchesAWinner) {
+/// Support of a plane in the first points of a cloud, in double.
+struct PlainScore {
+  double gain = 0.0;
+  double inliers = 0.0;
+  double undecided = 0.0;  ///< Float and double may disagree on these.
+  [[nodiscard]] double value(Scoring scoring) const { return scoring == Scoring::msac ? gain : inliers; }
+};
+
+PlainScore plain_score(const PointCloud& cloud, const Plane& plane, double threshold_m, std::size_t points) {
+  PlainScore score;
+  for (std::size_t i = 0; i < points; ++i) {
+    const double share = plane.signed_distance(cloud.local(i)) / threshold_m;
+    score.undecided += static_cast<double>(std::abs(std::abs(share) - 1.0) < 1e-4);
+    if (std::abs(share) > 1.0) continue;
+    ++score.inliers;
+    score.gain += 1.0 - share * share;
+  }
+  return score;
+}
+
+TEST(PlaneProblem, ScoresManyPlanesUpToEachCheckpoint) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(4000, 4000, 0.004, random);
+  const PointCloud cloud = noisy_plane(2000, 1803, 0.005, random);
   std::vector<Plane> planes;
-  for (int i = 0; i < 60; ++i) planes.push_back(random_plane(cloud, random));
-  for (const Scoring scoring : {Scoring::inliers, Scoring::msac}) {
-    const PlaneProblem problem(cloud, 0.01, scoring);
-    std::vector<Score> full(planes.size());
-    problem.score(planes, {-1.0, 0}, full);
-    for (const double to_beat : {50.0, 300.0, 1000.0, 3000.0}) {
-      std::vector<Score> scores(planes.size());
-      problem.score(planes, {to_beat, 0}, scores);
-      for (std::size_t m = 0; m < planes.size(); ++m) {
-        if (full[m].value > to_beat) {
-          EXPECT_EQ(scores[m].value, full[m].value);
-          EXPECT_EQ(scores[m].inliers, full[m].inliers);
-        } else {
-          EXPECT_LE(scores[m].value, to_beat);
+  for (int i = 0; i < 130; ++i) planes.push_back(random_plane(cloud, random));
+  for (const Scoring scoring : kScorings) {
+    const CloudProblem cloud_problem(cloud, 0.01, scoring);
+    std::vector<SampleScore> scores(planes.size());
+    cloud_problem.problem.score(planes, Bar{}, scores);
+    for (std::size_t m = 0; m < planes.size(); ++m) {
+      for (std::size_t c = 0; c < kCheckpoints.size(); ++c) {
+        const PlainScore expected = plain_score(cloud, planes[m], 0.01, std::min<std::size_t>(kCheckpoints[c], cloud.size()));
+        EXPECT_NEAR(scores[m].value[c], expected.value(scoring), 1e-4 * expected.gain + expected.undecided);
+        if (c + 1 == kCheckpoints.size()) {
+          EXPECT_NEAR(static_cast<double>(scores[m].inliers), expected.inliers, expected.undecided);
         }
       }
     }
   }
 }
 
-TEST(PlaneProblem, BailOutWaitsForInliersThatComeLast) {
-  // 4096 points far off the plane, then 2048 on it: the plane can win until the last point has been seen.
+TEST(PlaneProblem, NothingIsLookedAtBeyondTheBar) {
+  RandomStream random = testing::test_random();
+  const PointCloud cloud = noisy_plane(1500, 2500, 0.005, random);
+  const CloudProblem cloud_problem(cloud, 0.01, Scoring::msac);
+  for (int i = 0; i < 50; ++i) {
+    const Plane plane = random_plane(cloud, random);
+    const SampleScore full = full_sample_score(cloud_problem.problem, plane);
+    for (std::size_t last = 0; last < 2; ++last) {
+      Bar bar;
+      bar.least[last] = full.value[last];  // reached, not passed
+      SampleScore score;
+      cloud_problem.problem.score(std::span(&plane, 1), bar, std::span(&score, 1));
+      EXPECT_FALSE(bar.passed_by(score));
+      for (std::size_t c = 0; c < kCheckpoints.size(); ++c) EXPECT_EQ(score.value[c], c <= last ? full.value[c] : -1.0);
+      EXPECT_LE(score.inliers, full.inliers);
+    }
+  }
+}
+
+TEST(PlaneProblem, AnExactBarHoldsUpLosersOnly) {
+  RandomStream random = testing::test_random();
+  const PointCloud cloud = noisy_plane(2000, 2000, 0.004, random);
+  int winners = 0;
+  int early = 0;
+  for (const Scoring scoring : kScorings) {
+    const CloudProblem cloud_problem(cloud, 0.01, scoring);
+    for (int i = 0; i < 60; ++i) {
+      const Plane plane = random_plane(cloud, random);
+      const SampleScore full = full_sample_score(cloud_problem.problem, plane);
+      for (const double to_beat : {0.0, 50.0, 300.0, 1500.0, 3500.0, full.total()}) {
+        const Bar bar = Bar::exact(to_beat, cloud.size());
+        SampleScore score;
+        cloud_problem.problem.score(std::span(&plane, 1), bar, std::span(&score, 1));
+        EXPECT_EQ(bar.passed_by(score), full.total() > to_beat);
+        if (bar.passed_by(score)) {
+          ++winners;
+          EXPECT_EQ(score.value, full.value);
+          EXPECT_EQ(score.inliers, full.inliers);
+        }
+        early += static_cast<int>(score.total() < 0.0);
+      }
+    }
+  }
+  EXPECT_GT(winners, 100);
+  EXPECT_GT(early, 50);
+}
+
+TEST(PlaneProblem, AnExactBarWaitsForInliersThatComeLast) {
+  // 3000 points far off the plane, then 1000 on it: the plane can win until the last point has been seen.
   std::vector<Vector3d> points;
-  for (int i = 0; i < 6144; ++i) points.emplace_back(i % 64, i / 64, i < 4096 ? 5.0 : 1.0);
+  for (int i = 0; i < 4000; ++i) points.emplace_back(i % 64, i / 64, i < 3000 ? 5.0 : 1.0);
   const PointCloud cloud = testing::cloud_of(points);
   const Plane plane = *make_plane({0, 0, -1}, 1.0);
-  for (const Scoring scoring : {Scoring::inliers, Scoring::msac}) {
-    Score score;
-    PlaneProblem(cloud, 0.01, scoring).score(std::span(&plane, 1), {2047.0, 2047}, std::span(&score, 1));
-    EXPECT_EQ(score.value, 2048.0);
-    EXPECT_EQ(score.inliers, 2048U);
+  for (const Scoring scoring : kScorings) {
+    const CloudProblem cloud_problem(cloud, 0.01, scoring);
+    const Bar bar = Bar::exact(999.0, cloud.size());
+    SampleScore score;
+    cloud_problem.problem.score(std::span(&plane, 1), bar, std::span(&score, 1));
+    EXPECT_TRUE(bar.passed_by(score));
+    EXPECT_EQ(score.total(), 1000.0);
+    EXPECT_EQ(score.inliers, 1000U);
   }
 }
 
 TEST(PlaneProblem, LoopIsThePlainLoopAtAnyNumberOfThreads) {
-  // The plain loop scores every hypothesis on all points: bail-out, batches and threads change nothing.
-  const PointCloud cloud = noisy_plane(1500, 3500, 0.004, testing::test_random());
-  for (const Scoring scoring : {Scoring::inliers, Scoring::msac}) {
-    const PlaneProblem problem(cloud, 0.01, scoring);
+  // The plain loop scores every hypothesis on all points: preemption, batches and threads change nothing while all are sampled.
+  const PointCloud cloud = noisy_plane(1200, 2896, 0.004, testing::test_random());
+  ASSERT_EQ(cloud.size(), kSampledData);
+  for (const Scoring scoring : kScorings) {
+    const CloudProblem cloud_problem(cloud, 0.01, scoring);
     for (const int pretest_points : {0, 1}) {
       for (std::uint64_t seed = 0; seed < 3; ++seed) {
         RansacOptions options{.max_iterations = 400, .pretest_points = pretest_points, .seed = seed};
-        const auto expected = plain_ransac(problem, options);
+        const auto expected = plain_ransac(cloud_problem.problem, options);
         ASSERT_TRUE(expected.model);
         for (const int threads : {1, 2, 5}) {
           options.threads = threads;
-          expect_equal(run(problem, options), expected);
+          expect_equal(run(cloud_problem.problem, options), expected);
         }
       }
     }
@@ -507,26 +586,147 @@ TEST(PlaneProblem, LoopIsThePlainLoopAtAnyNumberOfThreads) {
 
 TEST(PlaneProblem, FindsThePlaneUnderOutliers) {
   const Plane truth = *make_plane({0.3, -0.2, -1.0}, 1.0);
-  const PointCloud cloud = noisy_plane(3000, 7000, 0.003, testing::test_random());
-  for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    const PlaneProblem problem(cloud, 0.01, Scoring::msac);
-    const auto result = run(problem, {.probability = 0.9999, .max_iterations = 2000, .seed = seed});
-    ASSERT_TRUE(result.model);
-    // 3000 points with 3 mm noise on a square metre give the normal to about 3 mm / (0.29 m sqrt(3000)) = 0.2 mrad.
-    EXPECT_LT(angle_between(*result.model, truth), 2e-3);
-    EXPECT_NEAR(result.model->d, truth.d, 2e-3);
+  for (const std::size_t size : {std::size_t{1000}, std::size_t{10000}}) {  // fewer and more than are sampled
+    const PointCloud cloud = noisy_plane(3 * size / 10, 7 * size / 10, 0.003, testing::test_random());
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      const CloudProblem cloud_problem(cloud, 0.01, Scoring::msac, seed);
+      const auto result = run(cloud_problem.problem, {.probability = 0.9999, .max_iterations = 2000, .seed = seed});
+      ASSERT_TRUE(result.model);
+      // n inliers with 3 mm noise on a square metre give the normal to about 3 mm / (0.29 m sqrt(n)); the inliers in the sample
+      // count, some 300 and 1200: 0.6 and 0.3 mrad. Outliers within the threshold add a little.
+      EXPECT_LT(angle_between(*result.model, truth), 4e-3);
+      EXPECT_NEAR(result.model->d, truth.d, 4e-3);
+    }
   }
 }
 
 TEST(PlaneProblem, RefineFitsTheInliersOnly) {
   // Four corners of z = 1 and a point far off it: the refined plane is exact, however tilted the first one was.
   const PointCloud cloud = testing::cloud_of({{-1, -1, 1}, {1, -1, 1}, {-1, 1, 1}, {1, 1, 1}, {0, 0, 3}});
-  const PlaneProblem problem(cloud, 0.1, Scoring::inliers);
-  const auto refined = problem.refine(*make_plane({0.05, -0.03, -1.0}, 1.0));
+  const CloudProblem cloud_problem(cloud, 0.1, Scoring::inliers);
+  const auto refined = cloud_problem.problem.refine(*make_plane({0.05, -0.03, -1.0}, 1.0));
   ASSERT_TRUE(refined);
   EXPECT_LT((refined->normal - Vector3d(0, 0, -1)).norm(), 1e-12);
   EXPECT_NEAR(refined->d, 1.0, 1e-12);
-  EXPECT_FALSE(problem.refine(*make_plane({0, 0, -1}, 50.0)));  // no inliers
+  EXPECT_FALSE(cloud_problem.problem.refine(*make_plane({0, 0, -1}, 50.0)));  // no inliers
+}
+
+// ---- all points of a cloud ----
+
+TEST(CloudData, ScoresManyPlanesOverManyPoints) {
+  RandomStream random = testing::test_random();
+  const PointCloud cloud = noisy_plane(40000, 30003, 0.005, random);  // more than one task
+  for (int i = 0; i < 20; ++i) {
+    const Plane plane = random_plane(cloud, random);
+    const PlainScore expected = plain_score(cloud, plane, 0.01, cloud.size());
+    for (const Scoring scoring : kScorings) {
+      const Score score = CloudData(cloud).score(plane, 0.01F, scoring, kNothingToBeat);
+      EXPECT_NEAR(static_cast<double>(score.inliers), expected.inliers, expected.undecided);
+      EXPECT_NEAR(score.value, expected.value(scoring), 1e-4 * expected.gain + expected.undecided);
+      for (const int threads : {2, 5}) {
+        const Score threaded = CloudData(cloud, threads).score(plane, 0.01F, scoring, kNothingToBeat);
+        EXPECT_EQ(threaded.value, score.value);
+        EXPECT_EQ(threaded.inliers, score.inliers);
+      }
+    }
+  }
+}
+
+TEST(CloudData, BailOutNeverRaisesALoserNorTouchesAWinner) {
+  RandomStream random = testing::test_random();
+  const PointCloud cloud = noisy_plane(100000, 100000, 0.004, random);
+  int early = 0;
+  for (const Scoring scoring : kScorings) {
+    for (const int threads : {1, 2}) {
+      const CloudData data(cloud, threads);
+      for (int i = 0; i < 15; ++i) {
+        const Plane plane = random_plane(cloud, random);
+        const Score full = data.score(plane, 0.01F, scoring, kNothingToBeat);
+        for (const double to_beat : {1000.0, 10000.0, 50000.0, 199999.0, full.value}) {
+          const Score score = data.score(plane, 0.01F, scoring, {to_beat, 0});
+          if (full.value > to_beat) {
+            EXPECT_EQ(score.value, full.value);
+            EXPECT_EQ(score.inliers, full.inliers);
+          } else {
+            EXPECT_LE(score.value, to_beat);
+            early += static_cast<int>(score.value < full.value);
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(early, 10);
+}
+
+TEST(CloudData, BailOutWaitsForInliersThatComeLast) {
+  // 2^17 points far off the plane, then 2^16 on it: the plane can win until the last point has been seen.
+  constexpr int kFar = 1 << 17;
+  constexpr int kOn = 1 << 16;
+  std::vector<Vector3d> points;
+  for (int i = 0; i < kFar + kOn; ++i) points.emplace_back(i % 64, i / 64, i < kFar ? 5.0 : 1.0);
+  const PointCloud cloud = testing::cloud_of(points);
+  const Plane plane = *make_plane({0, 0, -1}, 1.0);
+  for (const Scoring scoring : kScorings) {
+    const Score score = CloudData(cloud).score(plane, 0.01F, scoring, {kOn - 1.0, kOn - 1});
+    EXPECT_EQ(score.value, kOn);
+    EXPECT_EQ(score.inliers, static_cast<std::uint64_t>(kOn));
+  }
+}
+
+TEST(CloudData, DrawsAllInOrderWhenAskedForAsMany) {
+  RandomStream random = testing::test_random();
+  PointCloud cloud = noisy_plane(20, 13, 0.1, random);
+  cloud.origin = {1, 2, 3};
+  for (const std::uint32_t n : {33U, 34U, 4096U}) {
+    PointCloud sample = testing::cloud_of({{7, 7, 7}});
+    CloudData(cloud).draw(random, n, sample);
+    ASSERT_EQ(sample.size(), cloud.size());
+    EXPECT_EQ(sample.origin, cloud.origin);
+    for (std::size_t i = 0; i < cloud.size(); ++i) EXPECT_EQ(sample.local(i), cloud.local(i));
+  }
+}
+
+TEST(CloudData, DrawsUniformlyWithReplacement) {
+  // Point i lies at x = i, so a drawn point tells its number.
+  constexpr std::size_t kPoints = 100;
+  constexpr std::uint32_t kDrawn = 50;
+  constexpr int kDraws = 2000;
+  std::vector<Vector3d> points;
+  for (std::size_t i = 0; i < kPoints; ++i) points.emplace_back(static_cast<double>(i), 1.0, 2.0);
+  const PointCloud cloud = testing::cloud_of(points);
+  RandomStream random = testing::test_random();
+  std::vector<int> counts(kPoints);
+  PointCloud sample;
+  int with_repeats = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    CloudData(cloud).draw(random, kDrawn, sample);
+    ASSERT_EQ(sample.size(), kDrawn);
+    std::vector<float> x(sample.x(), sample.x() + kDrawn);
+    for (const float i : x) ++counts[static_cast<std::size_t>(i)];
+    std::sort(x.begin(), x.end());
+    with_repeats += static_cast<int>(std::adjacent_find(x.begin(), x.end()) != x.end());
+    for (std::size_t i = kDrawn; i < sample.padded_size(); ++i) EXPECT_TRUE(std::isnan(sample.z()[i]));
+  }
+  EXPECT_EQ(with_repeats, kDraws);  // 50 of 100 without a repeat: one in 10^7
+  constexpr double kExpected = kDraws * kDrawn / static_cast<double>(kPoints);
+  double chi_square = 0.0;
+  for (const int count : counts) chi_square += (count - kExpected) * (count - kExpected) / kExpected;
+  EXPECT_LT(chi_square, 148.2);  // 99 degrees of freedom: exceeded with probability 0.001
+}
+
+TEST(PlaneProblem, TheSampleFollowsFromSeedAndRound) {
+  const PointCloud cloud = noisy_plane(3000, 3000, 0.01, testing::test_random());
+  const CloudData data(cloud);
+  const auto sample_of = [&](std::uint64_t seed, std::uint32_t round) {
+    PointCloud sample;
+    const PlaneProblem problem(data, 0.01, Scoring::msac, seed, round, sample);
+    EXPECT_EQ(problem.num_data(), 6000U);
+    EXPECT_EQ(problem.num_sampled(), kSampledData);
+    return std::vector<float>(sample.x(), sample.x() + sample.size());
+  };
+  EXPECT_EQ(sample_of(3, 1), sample_of(3, 1));
+  EXPECT_NE(sample_of(3, 1), sample_of(3, 2));
+  EXPECT_NE(sample_of(3, 1), sample_of(4, 1));
 }
 
 // ---- least squares ----
@@ -639,7 +839,7 @@ TEST(Moments, AddUp) {
 
 TEST(Moments, OfInliersOnly) {
   const PointCloud cloud = testing::cloud_of({{1, 2, 1}, {3, 4, 1.5}, {5, 6, 2.5}});
-  const Moments moments = inlier_moments(cloud, *make_plane({0, 0, 1}, -1), 0.5);
+  const Moments moments = CloudData(cloud).inlier_moments(*make_plane({0, 0, 1}, -1), 0.5F);
   EXPECT_EQ(moments.count, 2U);
   EXPECT_EQ(moments.sum, Vector3d(4, 6, 2.5));
   EXPECT_EQ(moments.sum_outer(0, 2), 1.0 + 4.5);
