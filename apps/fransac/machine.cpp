@@ -33,17 +33,13 @@ Machine this_machine() {
 }
 
 std::string to_text(const Machine& machine) {
-  return fmt::format("{}, {} cores, {}, {}, {} build, fransac {}", machine.cpu, machine.cores, instruction_set(), machine.compiler,
-                     machine.build_type, kVersion);
+  return fmt::format("{}, {} cores, {}, {}, {} build, fransac {}", machine.cpu, machine.cores, instruction_set(),
+                     machine.compiler, machine.build_type, kVersion);
 }
 
 nlohmann::ordered_json to_json(const Machine& machine) {
-  return {{"cpu", machine.cpu},
-          {"cores", machine.cores},
-          {"instruction_set", instruction_set()},
-          {"compiler", machine.compiler},
-          {"build_type", machine.build_type},
-          {"fransac_version", kVersion}};
+  return {{"cpu", machine.cpu},           {"cores", machine.cores},           {"instruction_set", instruction_set()},
+          {"compiler", machine.compiler}, {"build_type", machine.build_type}, {"fransac_version", kVersion}};
 }
 
 }  // namespace fransac::cli

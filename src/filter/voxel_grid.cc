@@ -10,6 +10,7 @@
 #include <string>
 
 #include "filter/voxel_grid_scratch.hpp"
+#include "fransac/core/parallel.hpp"
 #include "kernels/points.h"
 
 namespace fransac {
@@ -59,43 +60,77 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
   return lattice;
 }
 
-/// Numbers the leaves and adds up their points. Neighbours mostly share a leaf, so a run of equal keys is looked up once
-/// and added up in registers.
-void accumulate(const PointCloud& cloud, const Lattice& lattice, VoxelGrid& grid) {
+/// Points of one part of a cloud: fixed, so that sums do not depend on the number of threads.
+constexpr std::size_t kPartPoints = std::size_t{1} << 18;
+
+/// Numbers the leaves of the points [begin, end) and adds their points up. Neighbours mostly share a leaf, so a run of equal keys
+/// is looked up once and added up in registers.
+void add_points(const PointCloud& cloud, const Lattice& lattice, std::size_t begin, std::size_t end, CloudPart& part,
+                std::uint32_t* leaf_of_point) {
   constexpr std::size_t kStretch = 1024;  // points whose keys are made at a time: 8 KiB
-  VoxelGrid::Scratch& work = *grid.scratch;
-  work.table.restart();
-  work.keys.clear();
-  work.sums.clear();
-  grid.leaf_of.resize(cloud.size());
-  grid.point_count.clear();
+  part.table.restart();
+  part.leaves.clear();
   alignas(kAlignment) std::array<std::uint64_t, kStretch> keys;
-  for (std::size_t first = 0; first < cloud.size(); first += kStretch) {
+  for (std::size_t first = begin; first < end; first += kStretch) {
     const float* const x = cloud.x() + first;
     const float* const y = cloud.y() + first;
     const float* const z = cloud.z() + first;
-    std::uint32_t* const leaf_of = grid.leaf_of.data() + first;
+    std::uint32_t* const leaf_of = leaf_of_point + first;
     kernels::leaf_keys(x, y, z, std::min(kStretch, cloud.padded_size() - first), lattice.key, keys.data());
-    const std::size_t size = std::min(kStretch, cloud.size() - first);
+    const std::size_t size = std::min(kStretch, end - first);
     for (std::size_t i = 0; i < size;) {
       const std::uint64_t key = keys[i];
-      const std::uint32_t leaf = work.table.find_or_add(key);
-      if (leaf == grid.point_count.size()) {
-        grid.point_count.push_back(0);
-        work.keys.push_back(key);
-        work.sums.resize(work.sums.size() + 3, 0.0);
-      }
+      const std::uint32_t number = part.table.find_or_add(key);
+      if (number == part.leaves.size()) part.leaves.push_back({.key = key});
       const std::size_t run = i;
       std::array<double, 3> sum{};
       for (; i < size && keys[i] == key; ++i) {
         sum[0] += static_cast<double>(x[i]);
         sum[1] += static_cast<double>(y[i]);
         sum[2] += static_cast<double>(z[i]);
-        leaf_of[i] = leaf;
+        leaf_of[i] = number;
       }
-      grid.point_count[leaf] += static_cast<std::uint32_t>(i - run);
-      for (std::size_t axis = 0; axis < 3; ++axis) work.sums[3 * std::size_t{leaf} + axis] += sum[axis];
+      CloudLeaf& leaf = part.leaves[number];
+      leaf.count += static_cast<std::uint32_t>(i - run);
+      for (std::size_t axis = 0; axis < 3; ++axis) leaf.sum[axis] += sum[axis];
     }
+  }
+}
+
+/// Adds a part to the first, whose points come before it; `part.number` then says what its leaves are called there.
+void merge(CloudPart& part, CloudPart& into) {
+  part.number.resize(part.leaves.size());
+  for (std::size_t leaf = 0; leaf < part.leaves.size(); ++leaf) {
+    const CloudLeaf& from = part.leaves[leaf];
+    const std::uint32_t number = into.table.find_or_add(from.key);
+    if (number == into.leaves.size()) into.leaves.push_back({.key = from.key});
+    CloudLeaf& to = into.leaves[number];
+    to.count += from.count;
+    for (std::size_t axis = 0; axis < 3; ++axis) to.sum[axis] += from.sum[axis];
+    part.number[leaf] = number;
+  }
+}
+
+/// Numbers the leaves and adds up their points, part by part: as many at a time as there are threads, merged in order.
+void add_points(const PointCloud& cloud, const Lattice& lattice, int threads, VoxelGrid& grid) {
+  std::vector<CloudPart>& parts = grid.scratch->parts;
+  grid.leaf_of.resize(cloud.size());
+  const auto end_of = [&](std::size_t part) { return std::min(cloud.size(), (part + 1) * kPartPoints); };
+  const std::size_t part_count = (cloud.size() + kPartPoints - 1) / kPartPoints;
+  const auto at_a_time = std::min<std::size_t>(static_cast<std::size_t>(resolve_threads(threads)), part_count);
+  parts.resize(std::max(parts.size(), at_a_time + 1));
+  add_points(cloud, lattice, 0, end_of(0), parts.front(), grid.leaf_of.data());
+  for (std::size_t first = 1; first < part_count; first += at_a_time) {
+    const std::size_t count = std::min(at_a_time, part_count - first);
+    parallel_for(threads, count, [&](std::size_t i) {
+      add_points(cloud, lattice, (first + i) * kPartPoints, end_of(first + i), parts[i + 1], grid.leaf_of.data());
+    });
+    for (std::size_t i = 0; i < count; ++i) merge(parts[i + 1], parts.front());
+    parallel_for(threads, count, [&](std::size_t i) {
+      for (std::size_t p = (first + i) * kPartPoints; p < end_of(first + i); ++p) {
+        grid.leaf_of[p] = parts[i + 1].number[grid.leaf_of[p]];
+      }
+    });
   }
 }
 
@@ -119,7 +154,7 @@ Status check_leaf_size(double leaf_size_m) {
   return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
 }
 
-Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid) try {
+Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid, int threads) try {
   if (Status status = check_leaf_size(leaf_size_m); !status) return status;
   grid.leaves.origin = cloud.origin;
   grid.leaves.source.clear();
@@ -133,17 +168,20 @@ Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_po
   }
   const Result<Lattice> lattice = make_lattice(cloud, leaf_size_m);
   if (!lattice) return lattice.error();
-  accumulate(cloud, *lattice, grid);
+  add_points(cloud, *lattice, threads, grid);
 
-  const std::size_t leaves = grid.point_count.size();
-  grid.leaves.resize_uninitialised(leaves);
-  grid.leaves.width = static_cast<int>(leaves);
+  const AlignedVector<CloudLeaf>& leaves = grid.scratch->parts.front().leaves;
+  grid.leaves.resize_uninitialised(leaves.size());
+  grid.leaves.width = static_cast<int>(leaves.size());
   grid.leaves.height = 1;
-  for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
-    const Eigen::Map<const Eigen::Vector3d> sum(&grid.scratch->sums[3 * leaf]);
-    const Eigen::Vector3d point =
-        leaf_point == LeafPoint::centroid ? sum / grid.point_count[leaf] : lattice->centre(grid.scratch->keys[leaf]);
-    grid.leaves.set(leaf, point.cast<float>());
+  grid.point_count.resize(leaves.size());
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const CloudLeaf& leaf = leaves[i];
+    const Eigen::Vector3d point = leaf_point == LeafPoint::centroid
+                                      ? Eigen::Map<const Eigen::Vector3d>(leaf.sum.data()) / leaf.count
+                                      : lattice->centre(leaf.key);
+    grid.leaves.set(i, point.cast<float>());
+    grid.point_count[i] = leaf.count;
   }
   return {};
 } catch (const std::bad_alloc&) {

@@ -2,6 +2,7 @@
 /// Memory of voxel grids between calls.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -38,10 +39,22 @@ struct RowBand {
   AlignedVector<std::uint64_t> running;
 };
 
-struct VoxelGrid::Scratch {
+/// The points of one leaf of a cloud.
+struct CloudLeaf {
+  std::array<double, 3> sum{};
+  std::uint64_t key = 0;  ///< Its place in the grid, packed.
+  std::uint32_t count = 0;
+};
+
+/// Leaves of a stretch of a cloud.
+struct CloudPart {
   LeafTable<std::uint64_t> table;
-  AlignedVector<std::uint64_t> keys;  ///< For each leaf its place in the grid, packed.
-  AlignedVector<double> sums;
+  AlignedVector<CloudLeaf> leaves;
+  AlignedVector<std::uint32_t> number;  ///< What they are called in the whole.
+};
+
+struct VoxelGrid::Scratch {
+  std::vector<CloudPart> parts;
 
   std::vector<RowBand> bands;
   AlignedVector<float> ray_x;

@@ -301,7 +301,8 @@ struct CloudSource {
     }
     const PointCloud* sampled = &work.points;
     if (recipe.voxel_grid) {
-      Status status = voxel_grid(work.points, options.voxel_grid.leaf_size_m, options.voxel_grid.leaf_point, work.grid);
+      const VoxelGridOptions& grid = options.voxel_grid;
+      Status status = voxel_grid(work.points, grid.leaf_size_m, grid.leaf_point, work.grid, options.threads);
       if (!status) return status;
       sampled = &work.grid.leaves;
       if (status = require_points(sampled->size(), kAfterGrid); !status) return status;

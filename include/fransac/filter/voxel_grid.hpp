@@ -45,8 +45,8 @@ struct VoxelGrid {
 /// cloud's smallest corner.
 /// Fails with invalid_argument where leaf_size_m is not positive, or so small that keys of 63 bits (31 per axis) cannot tell
 /// the cloud's leaves apart.
-/// Reuses the grid's memory.
-Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid);
+/// Reuses the grid's memory. `threads`: 0 all cores; never changes the answer.
+Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid, int threads = 1);
 
 struct DepthGridOptions {
   double leaf_size_m = 0.02;
