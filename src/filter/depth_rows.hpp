@@ -53,12 +53,6 @@ class DepthRows {
     const Raw* measured;
     const Raw* kept;
   };
-  /// A row, and how many of its pixels were measured.
-  struct CountedRow {
-    const Raw* kept;
-    std::size_t measured;
-  };
-
   [[nodiscard]] const DepthView& view() const { return *view_; }
   [[nodiscard]] const Camera& camera() const { return *camera_; }
   [[nodiscard]] int height() const { return view_->height(); }
@@ -81,10 +75,9 @@ class DepthRows {
     }
     return {measured, kept};
   }
-
-  [[nodiscard]] CountedRow counted_row(int v, DepthRowBuffer& buffer) const {
-    const Row both = row(v, buffer);
-    return {both.kept, kernels::row_kernels<Raw>().count_measured(both.measured, padded_width())};
+  /// How many values of a row are measurements.
+  [[nodiscard]] std::size_t count(const Raw* values) const {
+    return kernels::row_kernels<Raw>().count_measured(values, padded_width());
   }
 
   /// One pixel of row(v).kept.

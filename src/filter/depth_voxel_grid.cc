@@ -110,7 +110,11 @@ class Builder {
       : rows_(rows), lattice_(lattice), grid_(grid) {
     const Camera& camera = rows.camera();
     const double metres = static_cast<double>(rows.view().metres_per_unit());
-    if constexpr (std::is_same_v<Raw, float>) per_unit_ = static_cast<float>(0x1p24 / largest_m);
+    if constexpr (std::is_same_v<Raw, float>) {
+      // As many as a float tells apart, but no more than fit into LeafSums if all pixels lay in one leaf.
+      const double units = std::min(0x1p24, 0x1p40 / static_cast<double>(rows.view().size()));
+      per_unit_ = static_cast<float>(units / largest_m);
+    }
     metres_per_count_ = std::is_same_v<Raw, float> ? 1.0 / static_cast<double>(per_unit_) : metres;
     leaf_row_.per_unit = static_cast<float>(metres / lattice.leaf_size);
     std::copy(lattice.first.begin(), lattice.first.end(), leaf_row_.first);
@@ -217,8 +221,8 @@ class Builder {
   template <bool kLeafOf>
   void add_row(int v, RowBand& band) const {
     const std::size_t n = rows_.padded_width();
-    const auto [raw, measured] = rows_.counted_row(v, band.row);
-    band.measured += measured;
+    const auto [measured, raw] = rows_.row(v, band.row);
+    band.measured += rows_.count(measured);
     kernels::LeafRow row = leaf_row_;
     row.ray_y = static_cast<float>((v - rows_.camera().cy) / rows_.camera().fy);
     const std::uint32_t* const keys = band.keys.data() + 1;
@@ -310,7 +314,7 @@ Status voxel_grid_of_cloud(const DepthView& depth, const Camera& camera, const D
   deproject(depth, camera, cloud);
   const std::uint64_t measured = cloud.size();
   if (options.limits != nullptr) pass_through(*options.limits, cloud);
-  if (Status status = voxel_grid(cloud, options.leaf_size_m, options.leaf_point, grid); !status) return status;
+  if (Status status = voxel_grid(cloud, options.leaf_size_m, options.leaf_point, grid, options.threads); !status) return status;
   grid.measured = measured;
   if (!options.leaf_of) {
     grid.leaf_of.clear();

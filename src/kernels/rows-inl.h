@@ -114,18 +114,15 @@ template <class Raw>
 using RawTag = hn::CappedTag<Raw, kBlock>;
 
 template <class Raw>
-std::size_t KeepRange(const Raw* HWY_RESTRICT raw, std::size_t n, Raw min, Raw max, Raw* HWY_RESTRICT kept) {
+void KeepRange(const Raw* HWY_RESTRICT raw, std::size_t n, Raw min, Raw max, Raw* HWY_RESTRICT kept) {
   const RawTag<Raw> d;
   const auto lo = hn::Set(d, min);
   const auto hi = hn::Set(d, max);
-  std::size_t zeros = 0;
   for (std::size_t u = 0; u < n; u += hn::Lanes(d)) {
     const auto value = hn::LoadU(d, raw + u);
     const auto inside = hn::Eq(hn::Min(hn::Max(value, lo), hi), value);
-    zeros += hn::CountTrue(d, hn::Eq(value, hn::Zero(d)));
     hn::StoreU(hn::IfThenElseZero(inside, value), d, kept + u);
   }
-  return n - zeros;
 }
 
 template <class Raw>
@@ -277,6 +274,27 @@ Msac ScoreRow(const Raw* HWY_RESTRICT raw, std::size_t n, const RowPlane& plane)
   return {Total(gain), inliers.Total()};
 }
 
+/// Stores the values where the mask is true, 0 elsewhere.
+template <class Mask>
+HWY_INLINE void StoreWhere(Mask mask, Float value, float* HWY_RESTRICT out) {
+  hn::StoreU(hn::IfThenElseZero(mask, value), FloatTag(), out);
+}
+template <class Mask>
+HWY_INLINE void StoreWhere(Mask mask, Float value, std::uint16_t* HWY_RESTRICT out) {
+  const auto whole = hn::ConvertTo(IntTag(), hn::IfThenElseZero(mask, value));  // exact: 16 bits
+  hn::StoreU(hn::DemoteTo(hn::Rebind<std::uint16_t, FloatTag>(), whole), hn::Rebind<std::uint16_t, FloatTag>(), out);
+}
+
+template <class Raw>
+void RemoveRow(const Raw* raw, std::size_t n, const RowPlane& plane, Raw* left) {
+  const FloatTag d;
+  Distances distances(plane);
+  for (std::size_t u = 0; u < n; u += hn::Lanes(d)) {
+    const Float value = LoadRaw(raw + u);
+    StoreWhere(hn::Gt(hn::Abs(distances.Next(value)), hn::Set(d, 1.0F)), value, left + u);
+  }
+}
+
 template <class Raw>
 RowMoments MomentsRow(const Raw* HWY_RESTRICT raw, std::size_t n, const RowPlane& plane, float threshold, const Ramp& ray) {
   const FloatTag d;
@@ -413,8 +431,8 @@ RowEvidence LabelRowOne(const Raw* HWY_RESTRICT raw, const Raw* HWY_RESTRICT kep
 }
 
 template <class Raw>
-constexpr RowKernels<Raw> kTable = {KeepRange<Raw>,  CountMeasured<Raw>, Largest<Raw>,     LeafRuns<Raw>,   ScoreRow<Raw>,
-                                    MomentsRow<Raw>, LabelRow<Raw>,      EvidenceRow<Raw>, LabelRowOne<Raw>};
+constexpr RowKernels<Raw> kTable = {KeepRange<Raw>, CountMeasured<Raw>, Largest<Raw>,  LeafRuns<Raw>,    ScoreRow<Raw>,
+                                    RemoveRow<Raw>, MomentsRow<Raw>,    LabelRow<Raw>, EvidenceRow<Raw>, LabelRowOne<Raw>};
 
 }  // namespace rows
 

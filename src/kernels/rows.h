@@ -66,8 +66,8 @@ struct RowEvidence {
 /// The functions for one type of raw value.
 template <class Raw>
 struct RowKernels {
-  /// Copies the values in [min, max]; the others become 0. Returns how many were not 0 before.
-  std::size_t (*keep_range)(const Raw* raw, std::size_t n, Raw min, Raw max, Raw* kept);
+  /// Copies the values in [min, max]; the others become 0.
+  void (*keep_range)(const Raw* raw, std::size_t n, Raw min, Raw max, Raw* kept);
   /// How many values are not 0.
   std::size_t (*count_measured)(const Raw* raw, std::size_t n);
   Raw (*largest)(const Raw* raw, std::size_t n);
@@ -76,6 +76,8 @@ struct RowKernels {
   std::size_t (*leaf_runs)(const Raw* raw, std::size_t n, const LeafRow& row, std::uint32_t* keys, std::uint32_t* starts);
   /// Support of a plane whose unit of distance is the threshold: inliers have |distance| <= 1 and add 1 - distance^2.
   Msac (*score)(const Raw* raw, std::size_t n, const RowPlane& plane);
+  /// Copies the pixels that are no inliers of such a plane; the others become 0.
+  void (*remove)(const Raw* raw, std::size_t n, const RowPlane& plane, Raw* left);
   /// Moments of the pixels with |distance| <= threshold.
   RowMoments (*moments)(const Raw* raw, std::size_t n, const RowPlane& plane, float threshold, const Ramp& ray);
   /// The label of each pixel: 0 where raw is 0; 255 where only `kept` is 0; else that of the nearest plane within the threshold

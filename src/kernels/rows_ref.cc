@@ -8,9 +8,8 @@ namespace fransac::kernels::ref {
 namespace {
 
 template <class Raw>
-std::size_t keep_range(const Raw* raw, std::size_t n, Raw min, Raw max, Raw* kept) {
+void keep_range(const Raw* raw, std::size_t n, Raw min, Raw max, Raw* kept) {
   for (std::size_t u = 0; u < n; ++u) kept[u] = raw[u] >= min && raw[u] <= max ? raw[u] : Raw{0};
-  return n - static_cast<std::size_t>(std::count(raw, raw + n, Raw{0}));
 }
 
 template <class Raw>
@@ -60,6 +59,11 @@ Msac score(const Raw* raw, std::size_t n, const RowPlane& plane) {
     ++sum.inliers;
   }
   return sum;
+}
+
+template <class Raw>
+void remove(const Raw* raw, std::size_t n, const RowPlane& plane, Raw* left) {
+  for (std::size_t u = 0; u < n; ++u) left[u] = std::abs(distance(raw, u, plane)) > 1.0F ? raw[u] : Raw{0};
 }
 
 template <class Raw>
@@ -117,8 +121,8 @@ RowEvidence label_one(const Raw* raw, const Raw* kept, std::size_t n, const Labe
 }
 
 template <class Raw>
-constexpr RowKernels<Raw> kTable = {keep_range<Raw>, count_measured<Raw>, largest<Raw>,  leaf_runs<Raw>, score<Raw>,
-                                    moments<Raw>,    label<Raw>,          evidence<Raw>, label_one<Raw>};
+constexpr RowKernels<Raw> kTable = {keep_range<Raw>, count_measured<Raw>, largest<Raw>, leaf_runs<Raw>, score<Raw>,
+                                    remove<Raw>,     moments<Raw>,        label<Raw>,   evidence<Raw>,  label_one<Raw>};
 
 }  // namespace
 

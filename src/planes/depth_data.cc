@@ -6,24 +6,18 @@
 
 #include "fransac/core/parallel.hpp"
 #include "planes/image_plane.hpp"
+#include "planes/row_tasks.hpp"
 
 namespace fransac {
-namespace {
-
-/// Smaller images are not worth a second thread for a look at all pixels, which takes some 0.05 ms.
-constexpr std::size_t kPixelsForThreads = std::size_t{1} << 19;
-
-}  // namespace
 
 template <class Raw>
 DepthData<Raw>::DepthData(const DepthRows<Raw>& rows, int threads, DepthDataBuffers& buffers)
-    : rows_(&rows), threads_(rows.view().size() < kPixelsForThreads ? 1 : threads), buffers_(&buffers) {
-  buffers.rows.resize(static_cast<std::size_t>(tasks()));
-  const auto count = [&](const Raw* raw) { return kernels::row_kernels<Raw>().count_measured(raw, rows.padded_width()); };
+    : rows_(&rows), threads_(threads_for_rows(threads, rows.view().size())), buffers_(&buffers) {
+  buffers.rows.resize(row_tasks(rows.height()));
   for (int v = 0; v < rows.height(); ++v) {
     const auto row = rows.row(v, buffers.rows.front());
-    size_ += count(row.kept);
-    if (row.kept != row.measured) measured_ += count(row.measured);
+    size_ += rows.count(row.kept);
+    if (row.kept != row.measured) measured_ += rows.count(row.measured);
   }
   measured_ = std::max(measured_, size_);
 }
@@ -75,8 +69,8 @@ template <class Sum, class OfRow>
 Sum DepthData<Raw>::sum_over_rows(int task, const OfRow& of_row) const {
   DepthRowBuffer& buffer = buffers_->rows[static_cast<std::size_t>(task)];
   Sum sum{};
-  const int end = std::min(rows_->height(), (task + 1) * kTaskRows);
-  for (int v = task * kTaskRows; v < end; ++v) sum += of_row(v, rows_->row(v, buffer).kept);
+  const int end = std::min(rows_->height(), (task + 1) * kRowsOfTask);
+  for (int v = task * kRowsOfTask; v < end; ++v) sum += of_row(v, rows_->row(v, buffer).kept);
   return sum;
 }
 
@@ -87,10 +81,11 @@ template <class Sum, class OfRow, class Enough>
 Sum DepthData<Raw>::sum_over_image(const OfRow& of_row, const Enough& enough) const {
   Sum sum{};
   if (resolve_threads(threads_) == 1) {
-    for (int task = 0; task < tasks() && !enough(sum, task * kTaskRows); ++task) sum += sum_over_rows<Sum>(task, of_row);
+    for (int task = 0; task < static_cast<int>(row_tasks(rows_->height())) && !enough(sum, task * kRowsOfTask); ++task)
+      sum += sum_over_rows<Sum>(task, of_row);
     return sum;
   }
-  std::vector<Sum> parts(static_cast<std::size_t>(tasks()));
+  std::vector<Sum> parts(row_tasks(rows_->height()));
   parallel_for(threads_, parts.size(),
                [&](std::size_t task) { parts[task] = sum_over_rows<Sum>(static_cast<int>(task), of_row); });
   for (const Sum& part : parts) sum += part;

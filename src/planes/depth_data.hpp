@@ -29,8 +29,6 @@ class DepthData final : public sac::PlaneData {
   [[nodiscard]] sac::Moments inlier_moments(const Plane& plane, float threshold) const override;
 
  private:
-  static constexpr int kTaskRows = 32;
-  [[nodiscard]] int tasks() const { return (rows_->height() + kTaskRows - 1) / kTaskRows; }
   void put(Raw raw, std::uint32_t pixel, std::uint32_t k, PointCloud& sample) const;
   template <class Sum, class OfRow>
   Sum sum_over_rows(int task, const OfRow& of_row) const;

@@ -6,14 +6,10 @@
 #include "fransac/core/parallel.hpp"
 #include "planes/image_plane.hpp"
 #include "planes/labelling.hpp"
+#include "planes/row_tasks.hpp"
 
 namespace fransac {
 namespace {
-
-/// Rows of one task; fixed, so that sums do not depend on the number of threads.
-constexpr int kTaskRows = 32;
-/// Smaller images are not worth a second thread for labels, which take some 0.05 ms.
-constexpr std::size_t kPixelsForThreads = std::size_t{1} << 19;
 
 /// A plane is never taken for nearer to the camera's centre than this, some tens of times the noise: seen that edge-on, a pixel's
 /// footprint would be noise.
@@ -82,14 +78,14 @@ void run(const DepthRows<Raw>& rows, double threshold_m, bool labelled, int thre
          Segmentation& segmentation) {
   const ImagePlanes planes(rows, segmentation.planes, buffers.planes);
   const RowLabeller<Raw> labeller(rows, planes, static_cast<float>(threshold_m), labelled);
-  const std::size_t tasks = (static_cast<std::size_t>(rows.height()) + kTaskRows - 1) / kTaskRows;
+  const std::size_t tasks = row_tasks(rows.height());
   buffers.tasks.resize(std::max(tasks, buffers.tasks.size()));
-  parallel_for(rows.view().size() < kPixelsForThreads ? 1 : threads, tasks, [&](std::size_t i) {
+  parallel_for(threads_for_rows(threads, rows.view().size()), tasks, [&](std::size_t i) {
     LabelTask& task = buffers.tasks[i];
     task.evidence.assign(planes.size(), PlaneEvidence{});
     task.labels.assign(rows.padded_width(), kLabelNoDepth);
-    const int first = static_cast<int>(i) * kTaskRows;
-    for (int v = first; v < std::min(first + kTaskRows, rows.height()); ++v) {
+    const int first = static_cast<int>(i) * kRowsOfTask;
+    for (int v = first; v < std::min(first + kRowsOfTask, rows.height()); ++v) {
       labeller.run(v, task, &segmentation.labels[static_cast<std::size_t>(v) * rows.width()]);
     }
   });

@@ -141,18 +141,14 @@ class DepthPeeler {
   [[nodiscard]] static Eigen::Vector3d origin() { return Eigen::Vector3d::Zero(); }
 
   void remove(const Plane& plane, double threshold_m) {
-    const ImagePlane image_plane(plane, rows_.camera(), rows_.view().metres_per_unit());
+    const ImagePlane image_plane(plane, rows_.camera(), rows_.view().metres_per_unit(), threshold_m);
     const std::size_t width = rows_.padded_width();
     remaining_->resize(width * static_cast<std::size_t>(rows_.height()));
     DepthRowBuffer& buffer = buffers_->rows.front();
     for (int v = 0; v < rows_.height(); ++v) {
-      const Raw* const kept = rows_.row(v, buffer).kept;
-      Raw* const out = remaining_->data() + static_cast<std::size_t>(v) * width;
-      const kernels::RowPlane row = image_plane.row(v);
-      for (std::size_t u = 0; u < width; ++u) {
-        const float distance = static_cast<float>(kept[u]) * (row.ramp.base + row.ramp.step * static_cast<float>(u)) + row.d;
-        out[u] = std::abs(distance) > static_cast<float>(threshold_m) ? kept[u] : Raw{0};
-      }
+      // In place from the second plane on; a kernel reads each block before it writes it.
+      Raw* const left = remaining_->data() + static_cast<std::size_t>(v) * width;
+      kernels::row_kernels<Raw>().remove(rows_.row(v, buffer).kept, width, image_plane.row(v), left);
     }
     view_ = rows_.view().in_memory(remaining_->data(), static_cast<std::ptrdiff_t>(width * sizeof(Raw)));
     rows_ = DepthRows<Raw>(view_, rows_.camera(), nullptr);
@@ -192,8 +188,7 @@ Status peel_planes(Peeler& peeler, const SegmentOptions& options, Workspace::Imp
 
     Plane plane = *found.model;
     if (options.ransac.refine) {
-      const auto fit = sac::fit_plane(peeler.data().inlier_moments(plane, static_cast<float>(threshold)));
-      if (fit) plane = fit->plane;
+      if (const std::optional<Plane> refined = problem.refine_on_all(plane)) plane = *refined;
     }
     PlaneSegment& segment = result.planes.emplace_back();
     segment.plane = translated(plane, -peeler.origin());
@@ -231,7 +226,7 @@ struct DepthSource {
   [[nodiscard]] int width() const { return depth.width(); }
   [[nodiscard]] int height() const { return depth.height(); }
 
-  /// Pixels never become a cloud: the voxel grid, or RANSAC itself, reads raw depth.
+  /// No cloud is made: the voxel grid, or RANSAC itself, reads raw depth.
   Status find(const Recipe& recipe, Workspace::Impl& work, StageClock& clock, Segmentation& result) const {
     const SegmentOptions& options = recipe.options;
     if (recipe.voxel_grid) {

@@ -52,6 +52,12 @@ Moments moments_of(const Stretch& stretch, const kernels::PlaneF& plane, float t
   return moments;
 }
 
+std::optional<Plane> plane_of(const Moments& moments) {
+  const std::optional<PlaneFit> fit = fit_plane(moments);
+  if (!fit) return std::nullopt;
+  return fit->plane;
+}
+
 /// What one task looks at; fixed, so that sums do not depend on the number of threads.
 constexpr std::size_t kTaskPoints = std::size_t{1} << 16;
 /// Points whose MSAC gain a float holds well, and which stay in the first-level cache (3 x 8 KiB).
@@ -161,10 +167,11 @@ void PlaneProblem::score(std::span<const Plane> planes, const Bar& bar, std::spa
 }
 
 std::optional<Plane> PlaneProblem::refine(const Plane& plane) const {
-  const std::optional<PlaneFit> fit =
-      fit_plane(moments_of(stretch(*sample_, 0, sample_->padded_size()), to_float(plane), threshold_));
-  if (!fit) return std::nullopt;
-  return fit->plane;
+  return plane_of(moments_of(stretch(*sample_, 0, sample_->padded_size()), to_float(plane), threshold_));
+}
+
+std::optional<Plane> PlaneProblem::refine_on_all(const Plane& plane) const {
+  return plane_of(data_->inlier_moments(plane, threshold_));
 }
 
 void Moments::add(const Eigen::Vector3d& point) {

@@ -102,6 +102,7 @@ class PlaneProblem {
   [[nodiscard]] Score verify(const Plane& plane, const Score& to_beat) const {
     return data_->score(plane, threshold_, scoring_, to_beat);
   }
+  [[nodiscard]] std::optional<Plane> refine_on_all(const Plane& plane) const;
 
  private:
   const PlaneData* data_;

@@ -32,7 +32,6 @@ inline constexpr std::array<std::uint32_t, 3> kCheckpoints{256, 1024, kSampledDa
 struct SampleScore {
   std::array<double, kCheckpoints.size()> value{-1.0, -1.0, -1.0};
   std::uint64_t inliers = 0;
-  [[nodiscard]] double total() const { return value.back(); }
 };
 
 /// The least value at each checkpoint with which a hypothesis stays in the race.

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "fransac/core/parallel.hpp"
@@ -28,6 +29,8 @@ struct Score {
   std::uint64_t inliers = 0;
 };
 Score& operator+=(Score& sum, const Score& part);
+inline double total(const Score& score) { return score.value; }
+inline double total(const SampleScore& score) { return score.value.back(); }
 
 /// What the loop needs to know of a problem. All members are const and may be called from several threads at once.
 template <class P>
@@ -50,6 +53,8 @@ concept SamplingProblem = requires(const P& problem, const std::array<std::uint3
   { problem.refine(model) } -> std::same_as<std::optional<typename P::Model>>;
   /// The score on all data. A model that cannot reach more than `to_beat.value` may be given any smaller score.
   { problem.verify(model, to_beat) } -> std::same_as<Score>;
+  /// A model fitted to all inliers of `model`, or nothing when they do not determine one.
+  { problem.refine_on_all(model) } -> std::same_as<std::optional<typename P::Model>>;
 };
 
 struct RansacOptions {
@@ -117,27 +122,46 @@ Hypothesis<Problem> draw_hypothesis(const Problem& problem, const RansacOptions&
   return hypothesis;
 }
 
-template <class Model>
-struct Candidate {
-  Model model;
-  SampleScore score;
-};
-
-/// Refits a model to its sampled inliers for as long as that raises its score (LO-RANSAC: Chum, Matas, Kittler 2003).
-template <SamplingProblem Problem>
-void optimise_locally(const Problem& problem, Candidate<typename Problem::Model>& candidate) {
+/// Calls refit(model) -> optional<(model, score)> for as long as that raises the score (LO-RANSAC: Chum, Matas, Kittler 2003).
+template <class Model, class ScoreOf, class Refit>
+void climb(std::pair<Model, ScoreOf>& best, const Refit& refit) {
   constexpr int kMaxRefits = 10;
   constexpr double kWorthwhile = 1e-3;  // a relative rise below this does not pay for another look at the data
-  for (int refit = 0; refit < kMaxRefits; ++refit) {
-    const std::optional<typename Problem::Model> refined = problem.refine(candidate.model);
-    if (!refined) return;
+  const auto value = [](const std::pair<Model, ScoreOf>& p) { return total(p.second); };
+  for (int i = 0; i < kMaxRefits; ++i) {
+    const std::optional<std::pair<Model, ScoreOf>> next = refit(best.first);
+    if (!next || value(*next) <= value(best)) return;
+    const double rise = value(*next) - value(best);
+    best = *next;
+    if (rise < kWorthwhile * value(best)) return;
+  }
+}
+
+/// Local optimisation on the sample.
+template <SamplingProblem Problem>
+void optimise_on_sample(const Problem& problem, std::pair<typename Problem::Model, SampleScore>& candidate) {
+  using Model = typename Problem::Model;
+  climb(candidate, [&](const Model& model) -> std::optional<std::pair<Model, SampleScore>> {
+    const std::optional<Model> refined = problem.refine(model);
+    if (!refined) return std::nullopt;
     SampleScore score;
     problem.score(std::span(&*refined, 1), Bar{}, std::span(&score, 1));
-    const double rise = score.total() - candidate.score.total();
-    if (rise <= 0.0) return;
-    candidate = {*refined, score};
-    if (rise < kWorthwhile * score.total()) return;
-  }
+    return std::pair(*refined, score);
+  });
+}
+
+/// Local optimisation on all data.
+template <SamplingProblem Problem>
+void optimise_on_all(const Problem& problem, RansacResult<typename Problem::Model>& best) {
+  using Model = typename Problem::Model;
+  std::pair<Model, Score> candidate{*best.model, best.score};
+  climb(candidate, [&](const Model& model) -> std::optional<std::pair<Model, Score>> {
+    const std::optional<Model> refined = problem.refine_on_all(model);
+    if (!refined) return std::nullopt;
+    return std::pair(*refined, problem.verify(*refined, Score{}));
+  });
+  best.model = candidate.first;
+  best.score = candidate.second;
 }
 
 }  // namespace detail
@@ -174,7 +198,7 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
 
   /// Whether a hypothesis, weaker than the best, only repeats it: local optimisation has already been there.
   const auto repeats_best = [&](const detail::Hypothesis<Problem>& hypothesis, const SampleScore& score) {
-    return best.model && score.total() < best_in_sample &&
+    return options.local_optimisation && best.model && total(score) < best_in_sample &&
            std::all_of(hypothesis.sample.begin(), hypothesis.sample.end(),
                        [&](std::uint32_t i) { return problem.is_inlier(*best.model, i); });
   };
@@ -221,17 +245,17 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
       }
       const std::size_t s = scored++;
       if (!bar.passed_by(work.scores[s]) || repeats_best(hypothesis, work.scores[s])) continue;
-      detail::Candidate<Model> candidate{work.models[s], work.scores[s]};
-      if (options.local_optimisation) detail::optimise_locally(problem, candidate);
-      Score score{candidate.score.total(), candidate.score.inliers};
+      std::pair<Model, SampleScore> candidate{work.models[s], work.scores[s]};
+      if (options.local_optimisation) detail::optimise_on_sample(problem, candidate);
+      Score score{total(candidate.second), candidate.second.inliers};
       if (!all_sampled) {
-        score = problem.verify(candidate.model, best.score);
+        score = problem.verify(candidate.first, best.score);
         ++best.verified;
       }
       if (!(score.value > best.score.value)) continue;
-      best.model = candidate.model;
+      best.model = candidate.first;
       best.score = score;
-      best_in_sample = candidate.score.total();
+      best_in_sample = total(candidate.second);
       bar = all_sampled ? Bar::exact(score.value, sampled) : Bar::likely(score.value / static_cast<double>(n), sampled);
       const double inlier_ratio = static_cast<double>(score.inliers) / static_cast<double>(n);
       needed = std::min<std::uint64_t>(options.max_iterations, required_iterations(options.probability, inlier_ratio,
@@ -240,6 +264,7 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
     }
   }
   if (!any_model) best.stop_reason = StopReason::degenerate;
+  if (best.model && options.local_optimisation && !all_sampled) detail::optimise_on_all(problem, best);
   return best;
 }
 
