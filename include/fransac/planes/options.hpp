@@ -101,7 +101,7 @@ void for_each_option(Options& o, Visitor&& visit) {
   visit(OptionInfo{"max-iterations", "hypotheses", "cap on the hypotheses per plane", 1, kIntMax}, o.ransac.max_iterations);
   visit(OptionInfo{"pretest-points", "points", "d of the T(d,d) pre-test, 0 for none", 0, 100}, o.ransac.pretest_points);
   visit(OptionInfo{"scoring", "", "compare hypotheses by inlier count or truncated squared distance"}, o.ransac.scoring);
-  visit(OptionInfo{"local-optimisation", "", "refit every new best hypothesis to its inliers"}, o.ransac.local_optimisation);
+  visit(OptionInfo{"local-optimisation", "", "refit promising hypotheses to their inliers"}, o.ransac.local_optimisation);
   visit(OptionInfo{"refine", "", "least-squares fit of the final plane to its inliers"}, o.ransac.refine);
 }
 

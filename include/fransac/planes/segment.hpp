@@ -22,7 +22,7 @@ struct PlaneSegment {
   int id = 0;                    ///< Its label, from 1.
   Plane plane;                   ///< In the input's coordinates (depth images: the camera's optical frame), metres.
   std::uint64_t inliers = 0;     ///< Pixels or points with this label.
-  std::uint64_t support = 0;     ///< Sampled points (leaves, for the voxel methods) within the threshold when it was found.
+  std::uint64_t support = 0;     ///< Searched points (leaves, for the voxel methods) within the threshold when it was found.
   std::uint64_t iterations = 0;  ///< Hypotheses of the search that found it.
   StopReason stop_reason = StopReason::max_iterations;  ///< Why that search ended.
   double rms_m = 0.0;    ///< Root mean square distance of the labelled points to the plane, metres.
@@ -30,8 +30,9 @@ struct PlaneSegment {
                          ///< grid on the plane.
 };
 
-/// The stages of a segmentation, in the order of the paper's figure 2. Of a depth image, no cloud is ever made: pixels are
-/// deprojected and passed through within the stage that reads them, the voxel grid or else RANSAC.
+/// The stages of a segmentation, in the order of the paper's figure 2. Of a depth image no cloud is made (but for a
+/// grid of very fine leaves): pixels are deprojected and passed through within the stage that reads them, the voxel grid or
+/// else RANSAC. Of a cloud, `deproject` is the removal of points that are no measurements.
 enum class Stage { deproject, pass_through, voxel_grid, ransac, labels };
 inline constexpr int kStages = 5;
 template <>
@@ -52,7 +53,7 @@ struct Segmentation {
   std::vector<PlaneSegment> planes;  ///< Most support first; planes[i].id == i + 1.
 
   std::uint64_t valid_points = 0;                       ///< Measured pixels or points of the input.
-  std::uint64_t sampled_points = 0;                     ///< Points that were sampled: after pass-through and voxel grid.
+  std::uint64_t sampled_points = 0;                     ///< Points that were searched: after pass-through and voxel grid.
   std::uint64_t iterations = 0;                         ///< Hypotheses, over all planes.
   std::uint64_t rejected = 0;                           ///< Of them rejected by the pre-test.
   std::uint64_t degenerate = 0;                         ///< Degenerate samples thrown away.

@@ -21,8 +21,8 @@ namespace fransac::sac {
 /// is known to 2 % (three standard deviations).
 inline constexpr std::uint32_t kSampledData = 4096;
 
-/// The probability that a model better than the best is given up at one of the checkpoints, over the choice of the sample; it
-/// adds to the 1 - p that eq. (2) leaves, and is a tenth of it at p = 0.99.
+/// At most the probability that a model better than the best is given up at one of the checkpoints, over the choice of the
+/// sample; it adds to the 1 - p that eq. (2) leaves, and is a tenth of it at p = 0.99. docs/algorithms.md derives it.
 inline constexpr double kMissProbability = 1e-3;
 
 /// Where hypotheses are compared with the bar: after so many sampled data.
