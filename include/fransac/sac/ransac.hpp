@@ -174,7 +174,7 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
 
   /// Whether a hypothesis, weaker than the best, only repeats it: local optimisation has already been there.
   const auto repeats_best = [&](const detail::Hypothesis<Problem>& hypothesis, const SampleScore& score) {
-    return best.model && score.total() < best_in_sample &&
+    return options.local_optimisation && best.model && score.total() < best_in_sample &&
            std::all_of(hypothesis.sample.begin(), hypothesis.sample.end(),
                        [&](std::uint32_t i) { return problem.is_inlier(*best.model, i); });
   };
