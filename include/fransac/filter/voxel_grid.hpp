@@ -59,7 +59,8 @@ struct DepthGridOptions {
 /// Deprojection, pass-through and voxel grid of a depth image in one: the same leaves as those of the deprojected cloud (but for
 /// pixels within float rounding of a leaf's border), several times faster because it follows the image's rows, where
 /// neighbours mostly share a leaf.
-/// Centroids are exact: 16-bit depth is added up in whole numbers; float depth as multiples of 2^-24 of the largest depth.
+/// Centroids are exact: 16-bit depth is added up in whole numbers; float depth as multiples of 2^-24 of the largest depth
+/// (2^-21 for images of more than 2^18 pixels, and so on: sums of all pixels fit into 40 bits).
 /// Expects a valid view and camera of the same size. Fails as above.
 Status voxel_grid(const DepthView& depth, const Camera& camera, const DepthGridOptions& options, VoxelGrid& grid);
 
