@@ -112,10 +112,9 @@ TEST(PclCross, VoxelGridOfARealFrame) {
 
 void expect_the_same_fit(const PointCloud& cloud) {
   // A plane through some of the points, and what lies within 2 cm of it.
-  const auto found = sac::PlaneProblem(cloud, 0.02, sac::Scoring::inliers)
-                         .generate({100, 20000, static_cast<std::uint32_t>(cloud.size() - 100)});
+  const auto found = plane_through(cloud.local(100), cloud.local(20000), cloud.local(cloud.size() - 100));
   ASSERT_TRUE(found);
-  const auto fit = sac::fit_plane(sac::inlier_moments(cloud, *found, 0.02));
+  const auto fit = sac::fit_plane(sac::CloudData(cloud).inlier_moments(*found, 0.02F));
   ASSERT_TRUE(fit);
 
   const auto pcl_cloud = to_pcl(cloud);

@@ -412,18 +412,6 @@ TEST(RequiredIterations, FailsNoMoreOftenThanAsked) {
 
 // ---- planes ----
 
-/// Points on the unit square of the plane z = 1 + 0.3 x - 0.2 y with normal noise, then outliers in the cube around it.
-PointCloud noisy_plane(std::size_t inliers, std::size_t outliers, double noise_m, RandomStream random) {
-  std::vector<Vector3d> points;
-  for (std::size_t i = 0; i < inliers; ++i) {
-    const double x = random.uniform();
-    const double y = random.uniform();
-    points.emplace_back(x, y, 1.0 + 0.3 * x - 0.2 * y + noise_m * random.normal());
-  }
-  for (std::size_t i = 0; i < outliers; ++i) points.push_back(testing::uniform_point(random, 0.0, 2.0));
-  return testing::cloud_of(points);
-}
-
 Plane random_plane(const PointCloud& cloud, RandomStream& random) {
   for (;;) {
     const auto s = draw_sample<3>(random, static_cast<std::uint32_t>(cloud.size()));
@@ -481,7 +469,7 @@ PlainScore plain_score(const PointCloud& cloud, const Plane& plane, double thres
 
 TEST(PlaneProblem, ScoresManyPlanesUpToEachCheckpoint) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(2000, 1803, 0.005, random);
+  const PointCloud cloud = testing::noisy_plane(2000, 1803, 0.005, random);
   std::vector<Plane> planes;
   for (int i = 0; i < 130; ++i) planes.push_back(random_plane(cloud, random));
   for (const Scoring scoring : kScorings) {
@@ -502,7 +490,7 @@ TEST(PlaneProblem, ScoresManyPlanesUpToEachCheckpoint) {
 
 TEST(PlaneProblem, NothingIsLookedAtBeyondTheBar) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(1500, 2500, 0.005, random);
+  const PointCloud cloud = testing::noisy_plane(1500, 2500, 0.005, random);
   const CloudProblem cloud_problem(cloud, 0.01, Scoring::msac);
   for (int i = 0; i < 50; ++i) {
     const Plane plane = random_plane(cloud, random);
@@ -521,7 +509,7 @@ TEST(PlaneProblem, NothingIsLookedAtBeyondTheBar) {
 
 TEST(PlaneProblem, AnExactBarHoldsUpLosersOnly) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(2000, 2000, 0.004, random);
+  const PointCloud cloud = testing::noisy_plane(2000, 2000, 0.004, random);
   int winners = 0;
   int early = 0;
   for (const Scoring scoring : kScorings) {
@@ -566,7 +554,7 @@ TEST(PlaneProblem, AnExactBarWaitsForInliersThatComeLast) {
 
 TEST(PlaneProblem, LoopIsThePlainLoopAtAnyNumberOfThreads) {
   // The plain loop scores every hypothesis on all points: preemption, batches and threads change nothing while all are sampled.
-  const PointCloud cloud = noisy_plane(1200, 2896, 0.004, testing::test_random());
+  const PointCloud cloud = testing::noisy_plane(1200, 2896, 0.004, testing::test_random());
   ASSERT_EQ(cloud.size(), kSampledData);
   for (const Scoring scoring : kScorings) {
     const CloudProblem cloud_problem(cloud, 0.01, scoring);
@@ -587,7 +575,7 @@ TEST(PlaneProblem, LoopIsThePlainLoopAtAnyNumberOfThreads) {
 TEST(PlaneProblem, FindsThePlaneUnderOutliers) {
   const Plane truth = *make_plane({0.3, -0.2, -1.0}, 1.0);
   for (const std::size_t size : {std::size_t{1000}, std::size_t{10000}}) {  // fewer and more than are sampled
-    const PointCloud cloud = noisy_plane(3 * size / 10, 7 * size / 10, 0.003, testing::test_random());
+    const PointCloud cloud = testing::noisy_plane(3 * size / 10, 7 * size / 10, 0.003, testing::test_random());
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       const CloudProblem cloud_problem(cloud, 0.01, Scoring::msac, seed);
       const auto result = run(cloud_problem.problem, {.probability = 0.9999, .max_iterations = 2000, .seed = seed});
@@ -615,7 +603,7 @@ TEST(PlaneProblem, RefineFitsTheInliersOnly) {
 
 TEST(CloudData, ScoresManyPlanesOverManyPoints) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(40000, 30003, 0.005, random);  // more than one task
+  const PointCloud cloud = testing::noisy_plane(40000, 30003, 0.005, random);  // more than one task
   for (int i = 0; i < 20; ++i) {
     const Plane plane = random_plane(cloud, random);
     const PlainScore expected = plain_score(cloud, plane, 0.01, cloud.size());
@@ -634,7 +622,7 @@ TEST(CloudData, ScoresManyPlanesOverManyPoints) {
 
 TEST(CloudData, BailOutNeverRaisesALoserNorTouchesAWinner) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(100000, 100000, 0.004, random);
+  const PointCloud cloud = testing::noisy_plane(100000, 100000, 0.004, random);
   int early = 0;
   for (const Scoring scoring : kScorings) {
     for (const int threads : {1, 2}) {
@@ -675,7 +663,7 @@ TEST(CloudData, BailOutWaitsForInliersThatComeLast) {
 
 TEST(CloudData, DrawsAllInOrderWhenAskedForAsMany) {
   RandomStream random = testing::test_random();
-  PointCloud cloud = noisy_plane(20, 13, 0.1, random);
+  PointCloud cloud = testing::noisy_plane(20, 13, 0.1, random);
   cloud.origin = {1, 2, 3};
   for (const std::uint32_t n : {33U, 34U, 4096U}) {
     PointCloud sample = testing::cloud_of({{7, 7, 7}});
@@ -715,7 +703,7 @@ TEST(CloudData, DrawsUniformlyWithReplacement) {
 }
 
 TEST(PlaneProblem, TheSampleFollowsFromSeedAndRound) {
-  const PointCloud cloud = noisy_plane(3000, 3000, 0.01, testing::test_random());
+  const PointCloud cloud = testing::noisy_plane(3000, 3000, 0.01, testing::test_random());
   const CloudData data(cloud);
   const auto sample_of = [&](std::uint64_t seed, std::uint32_t round) {
     PointCloud sample;
