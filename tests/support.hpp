@@ -57,6 +57,18 @@ inline PointCloud cloud_of(const std::vector<Eigen::Vector3d>& points, const Eig
   return cloud;
 }
 
+/// Points on the unit square of the plane z = 1 + 0.3 x - 0.2 y with normal noise, then outliers in the cube around it.
+inline PointCloud noisy_plane(std::size_t inliers, std::size_t outliers, double noise_m, RandomStream random) {
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t i = 0; i < inliers; ++i) {
+    const double x = random.uniform();
+    const double y = random.uniform();
+    points.emplace_back(x, y, 1.0 + 0.3 * x - 0.2 * y + noise_m * random.normal());
+  }
+  for (std::size_t i = 0; i < outliers; ++i) points.push_back(uniform_point(random, 0.0, 2.0));
+  return cloud_of(points);
+}
+
 inline Camera small_camera(int width = 80, int height = 60) {
   return {.width = width,
           .height = height,

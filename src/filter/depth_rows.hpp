@@ -103,6 +103,10 @@ class DepthRows {
     if constexpr (std::is_same_v<Raw, float>) {
       min_ = local.min;
       max_ = std::min(local.max, kMostRaw);
+      if (min_ > max_) {  // nothing: both limits may lie between the same two floats
+        min_ = 1.0F;
+        max_ = 0.0F;
+      }
     } else {
       // The raw values whose depth, rounded as everywhere, lies within the limits.
       const float scale = view_->metres_per_unit();

@@ -110,11 +110,8 @@ class Builder {
       : rows_(rows), lattice_(lattice), grid_(grid) {
     const Camera& camera = rows.camera();
     const double metres = static_cast<double>(rows.view().metres_per_unit());
-    if constexpr (std::is_same_v<Raw, float>) {
-      // As many as a float tells apart, but no more than fit into LeafSums if all pixels lay in one leaf.
-      const double units = std::min(0x1p24, 0x1p40 / static_cast<double>(rows.view().size()));
-      per_unit_ = static_cast<float>(units / largest_m);
-    }
+    if constexpr (std::is_same_v<Raw, float>)
+      per_unit_ = static_cast<float>(std::ldexp(1.0 / largest_m, unit_bits(rows.view().size())));
     metres_per_count_ = std::is_same_v<Raw, float> ? 1.0 / static_cast<double>(per_unit_) : metres;
     leaf_row_.per_unit = static_cast<float>(metres / lattice.leaf_size);
     std::copy(lattice.first.begin(), lattice.first.end(), leaf_row_.first);
@@ -195,6 +192,11 @@ class Builder {
   }
 
  private:
+  /// Bits of a float depth as a whole number: as many as a float has, and as let all pixels lie in one leaf.
+  static int unit_bits(std::size_t pixels) {
+    return std::min(24, LeafSums::kCountShift - static_cast<int>(std::bit_width(pixels)));
+  }
+
   void begin(RowBand& band) const {
     clear(band);  // what a call that ran out of memory left behind
     band.bars.restart(lattice_.key_bits);

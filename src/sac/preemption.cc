@@ -40,10 +40,12 @@ Bar Bar::exact(double to_beat, std::uint64_t sampled) {
 
 Bar Bar::likely(double share, std::uint64_t sampled) {
   Bar bar;
+  bar.least.fill(-std::numeric_limits<double>::infinity());
   constexpr double kMiss = kMissProbability / static_cast<double>(kCheckpoints.size());
   for (std::size_t c = 0; c < kCheckpoints.size(); ++c) {
     const std::uint64_t seen = std::min<std::uint64_t>(kCheckpoints[c], sampled);
-    bar.least[c] = static_cast<double>(seen) * least_likely_share(share, seen, kMiss);
+    const double least_share = least_likely_share(share, seen, kMiss);
+    if (least_share > 0.0) bar.least[c] = static_cast<double>(seen) * least_share;  // else even nothing is likely enough
   }
   return bar;
 }

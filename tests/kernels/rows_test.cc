@@ -143,8 +143,8 @@ TEST_P(Rows, KeepRange) {
     for (const auto& [min, max] : ranges) {
       Unaligned<Raw> a(row.n, 1, Raw{7});
       Unaligned<Raw> b(row.n, 0, Raw{8});
-      EXPECT_EQ(row_kernels<Raw>().keep_range(row.raw.data(), row.n, min, max, a.data()),
-                ref::row_kernels<Raw>().keep_range(row.raw.data(), row.n, min, max, b.data()));
+      row_kernels<Raw>().keep_range(row.raw.data(), row.n, min, max, a.data());
+      ref::row_kernels<Raw>().keep_range(row.raw.data(), row.n, min, max, b.data());
       for (std::size_t u = 0; u < row.n; ++u) ASSERT_EQ(a[u], b[u]) << u;
       EXPECT_EQ(a[row.n], Raw{7});  // not a value beyond the row
     }

@@ -132,6 +132,7 @@ struct Location {
     if (count == 0) return std::nullopt;
     return sum / count;
   }
+  [[nodiscard]] std::optional<double> refine_on_all(double model) const { return refine(model); }
   [[nodiscard]] Score verify(double model, const Score& to_beat) const {
     const auto on = [&](double x) { return std::abs(x - model) <= 1.0; };
     const auto inliers = static_cast<std::uint64_t>(std::count_if(data.begin(), data.end(), on));
@@ -181,11 +182,11 @@ RansacResult<typename Problem::Model> plain_ransac(const Problem& problem, const
       ++best.rejected;
       continue;
     }
-    detail::Candidate<Model> candidate{*model, full_sample_score(problem, *model)};
-    if (candidate.score.total() <= best.score.value) continue;
-    if (options.local_optimisation) optimise_locally(problem, candidate);
-    best.model = candidate.model;
-    best.score = {candidate.score.total(), candidate.score.inliers};
+    std::pair candidate{*model, full_sample_score(problem, *model)};
+    if (total(candidate.second) <= best.score.value) continue;
+    if (options.local_optimisation) detail::optimise_on_sample(problem, candidate);
+    best.model = candidate.first;
+    best.score = {total(candidate.second), candidate.second.inliers};
     const double q = static_cast<double>(best.score.inliers) / static_cast<double>(problem.num_data());
     needed = std::min<std::uint64_t>(options.max_iterations,
                                      required_iterations(options.probability, q, Problem::kSampleSize, options.pretest_points));
@@ -327,12 +328,12 @@ TEST(Ransac, LocalOptimisationNeverLowersTheScoreAndMostlyRaisesIt) {
   int raised = 0;
   for (std::uint32_t i = 0; i < 50; ++i) {
     const double start = 0.9 * std::sin(static_cast<double>(i));
-    detail::Candidate<double> candidate{start, full_sample_score(problem, start)};
-    const double before = candidate.score.total();
-    optimise_locally(problem, candidate);
-    EXPECT_GE(candidate.score.total(), before);
-    EXPECT_EQ(candidate.score.total(), full_sample_score(problem, candidate.model).total());
-    raised += static_cast<int>(candidate.score.total() > before);
+    std::pair candidate{start, full_sample_score(problem, start)};
+    const double before = total(candidate.second);
+    detail::optimise_on_sample(problem, candidate);
+    EXPECT_GE(total(candidate.second), before);
+    EXPECT_EQ(total(candidate.second), total(full_sample_score(problem, candidate.first)));
+    raised += static_cast<int>(total(candidate.second) > before);
   }
   EXPECT_GE(raised, 40);  // only those that start within a data point of the optimum have nothing to gain
 }
@@ -354,6 +355,7 @@ struct OneModel {
     std::transform(models.begin(), models.end(), scores.begin(), [&](int model) { return sample_score(*this, model, bar); });
   }
   [[nodiscard]] std::optional<int> refine(int model) const { return model; }
+  [[nodiscard]] std::optional<int> refine_on_all(int model) const { return model; }
   [[nodiscard]] Score verify(int model, const Score& /*to_beat*/) const {
     return model == 1 ? Score{1.0 * inliers, inliers} : Score{};
   }
@@ -412,18 +414,6 @@ TEST(RequiredIterations, FailsNoMoreOftenThanAsked) {
 
 // ---- planes ----
 
-/// Points on the unit square of the plane z = 1 + 0.3 x - 0.2 y with normal noise, then outliers in the cube around it.
-PointCloud noisy_plane(std::size_t inliers, std::size_t outliers, double noise_m, RandomStream random) {
-  std::vector<Vector3d> points;
-  for (std::size_t i = 0; i < inliers; ++i) {
-    const double x = random.uniform();
-    const double y = random.uniform();
-    points.emplace_back(x, y, 1.0 + 0.3 * x - 0.2 * y + noise_m * random.normal());
-  }
-  for (std::size_t i = 0; i < outliers; ++i) points.push_back(testing::uniform_point(random, 0.0, 2.0));
-  return testing::cloud_of(points);
-}
-
 Plane random_plane(const PointCloud& cloud, RandomStream& random) {
   for (;;) {
     const auto s = draw_sample<3>(random, static_cast<std::uint32_t>(cloud.size()));
@@ -481,7 +471,7 @@ PlainScore plain_score(const PointCloud& cloud, const Plane& plane, double thres
 
 TEST(PlaneProblem, ScoresManyPlanesUpToEachCheckpoint) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(2000, 1803, 0.005, random);
+  const PointCloud cloud = testing::noisy_plane(2000, 1803, 0.005, random);
   std::vector<Plane> planes;
   for (int i = 0; i < 130; ++i) planes.push_back(random_plane(cloud, random));
   for (const Scoring scoring : kScorings) {
@@ -502,7 +492,7 @@ TEST(PlaneProblem, ScoresManyPlanesUpToEachCheckpoint) {
 
 TEST(PlaneProblem, NothingIsLookedAtBeyondTheBar) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(1500, 2500, 0.005, random);
+  const PointCloud cloud = testing::noisy_plane(1500, 2500, 0.005, random);
   const CloudProblem cloud_problem(cloud, 0.01, Scoring::msac);
   for (int i = 0; i < 50; ++i) {
     const Plane plane = random_plane(cloud, random);
@@ -521,7 +511,7 @@ TEST(PlaneProblem, NothingIsLookedAtBeyondTheBar) {
 
 TEST(PlaneProblem, AnExactBarHoldsUpLosersOnly) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(2000, 2000, 0.004, random);
+  const PointCloud cloud = testing::noisy_plane(2000, 2000, 0.004, random);
   int winners = 0;
   int early = 0;
   for (const Scoring scoring : kScorings) {
@@ -529,17 +519,17 @@ TEST(PlaneProblem, AnExactBarHoldsUpLosersOnly) {
     for (int i = 0; i < 60; ++i) {
       const Plane plane = random_plane(cloud, random);
       const SampleScore full = full_sample_score(cloud_problem.problem, plane);
-      for (const double to_beat : {0.0, 50.0, 300.0, 1500.0, 3500.0, full.total()}) {
+      for (const double to_beat : {0.0, 50.0, 300.0, 1500.0, 3500.0, total(full)}) {
         const Bar bar = Bar::exact(to_beat, cloud.size());
         SampleScore score;
         cloud_problem.problem.score(std::span(&plane, 1), bar, std::span(&score, 1));
-        EXPECT_EQ(bar.passed_by(score), full.total() > to_beat);
+        EXPECT_EQ(bar.passed_by(score), total(full) > to_beat);
         if (bar.passed_by(score)) {
           ++winners;
           EXPECT_EQ(score.value, full.value);
           EXPECT_EQ(score.inliers, full.inliers);
         }
-        early += static_cast<int>(score.total() < 0.0);
+        early += static_cast<int>(total(score) < 0.0);
       }
     }
   }
@@ -559,14 +549,14 @@ TEST(PlaneProblem, AnExactBarWaitsForInliersThatComeLast) {
     SampleScore score;
     cloud_problem.problem.score(std::span(&plane, 1), bar, std::span(&score, 1));
     EXPECT_TRUE(bar.passed_by(score));
-    EXPECT_EQ(score.total(), 1000.0);
+    EXPECT_EQ(total(score), 1000.0);
     EXPECT_EQ(score.inliers, 1000U);
   }
 }
 
 TEST(PlaneProblem, LoopIsThePlainLoopAtAnyNumberOfThreads) {
   // The plain loop scores every hypothesis on all points: preemption, batches and threads change nothing while all are sampled.
-  const PointCloud cloud = noisy_plane(1200, 2896, 0.004, testing::test_random());
+  const PointCloud cloud = testing::noisy_plane(1200, 2896, 0.004, testing::test_random());
   ASSERT_EQ(cloud.size(), kSampledData);
   for (const Scoring scoring : kScorings) {
     const CloudProblem cloud_problem(cloud, 0.01, scoring);
@@ -587,7 +577,7 @@ TEST(PlaneProblem, LoopIsThePlainLoopAtAnyNumberOfThreads) {
 TEST(PlaneProblem, FindsThePlaneUnderOutliers) {
   const Plane truth = *make_plane({0.3, -0.2, -1.0}, 1.0);
   for (const std::size_t size : {std::size_t{1000}, std::size_t{10000}}) {  // fewer and more than are sampled
-    const PointCloud cloud = noisy_plane(3 * size / 10, 7 * size / 10, 0.003, testing::test_random());
+    const PointCloud cloud = testing::noisy_plane(3 * size / 10, 7 * size / 10, 0.003, testing::test_random());
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       const CloudProblem cloud_problem(cloud, 0.01, Scoring::msac, seed);
       const auto result = run(cloud_problem.problem, {.probability = 0.9999, .max_iterations = 2000, .seed = seed});
@@ -615,7 +605,7 @@ TEST(PlaneProblem, RefineFitsTheInliersOnly) {
 
 TEST(CloudData, ScoresManyPlanesOverManyPoints) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(40000, 30003, 0.005, random);  // more than one task
+  const PointCloud cloud = testing::noisy_plane(40000, 30003, 0.005, random);  // more than one task
   for (int i = 0; i < 20; ++i) {
     const Plane plane = random_plane(cloud, random);
     const PlainScore expected = plain_score(cloud, plane, 0.01, cloud.size());
@@ -634,7 +624,7 @@ TEST(CloudData, ScoresManyPlanesOverManyPoints) {
 
 TEST(CloudData, BailOutNeverRaisesALoserNorTouchesAWinner) {
   RandomStream random = testing::test_random();
-  const PointCloud cloud = noisy_plane(100000, 100000, 0.004, random);
+  const PointCloud cloud = testing::noisy_plane(100000, 100000, 0.004, random);
   int early = 0;
   for (const Scoring scoring : kScorings) {
     for (const int threads : {1, 2}) {
@@ -675,7 +665,7 @@ TEST(CloudData, BailOutWaitsForInliersThatComeLast) {
 
 TEST(CloudData, DrawsAllInOrderWhenAskedForAsMany) {
   RandomStream random = testing::test_random();
-  PointCloud cloud = noisy_plane(20, 13, 0.1, random);
+  PointCloud cloud = testing::noisy_plane(20, 13, 0.1, random);
   cloud.origin = {1, 2, 3};
   for (const std::uint32_t n : {33U, 34U, 4096U}) {
     PointCloud sample = testing::cloud_of({{7, 7, 7}});
@@ -715,7 +705,7 @@ TEST(CloudData, DrawsUniformlyWithReplacement) {
 }
 
 TEST(PlaneProblem, TheSampleFollowsFromSeedAndRound) {
-  const PointCloud cloud = noisy_plane(3000, 3000, 0.01, testing::test_random());
+  const PointCloud cloud = testing::noisy_plane(3000, 3000, 0.01, testing::test_random());
   const CloudData data(cloud);
   const auto sample_of = [&](std::uint64_t seed, std::uint32_t round) {
     PointCloud sample;

@@ -59,8 +59,8 @@ struct DepthGridOptions {
 /// Deprojection, pass-through and voxel grid of a depth image in one: the same leaves as those of the deprojected cloud (but for
 /// pixels within float rounding of a leaf's border), several times faster because it follows the image's rows, where
 /// neighbours mostly share a leaf.
-/// Sums are exact and only centroids are rounded: 16-bit depth is added up in whole numbers; float depth as multiples of 2^-24
-/// of the largest depth.
+/// Sums are exact and only centroids are rounded: 16-bit depth is added up in whole numbers; float depth as multiples of 2^-24 of
+/// the largest depth (2^-21 for images of more than 2^18 pixels, and so on: the sum of all pixels fits into 40 bits).
 /// A lattice too fine for keys of 28 bits, or an image of 2^24 pixels or more, goes by way of the cloud.
 /// Expects a valid view and camera of the same size. Fails as above.
 Status voxel_grid(const DepthView& depth, const Camera& camera, const DepthGridOptions& options, VoxelGrid& grid);
