@@ -5,16 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <fstream>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "commands.hpp"
 #include "errors.hpp"
 #include "fransac/version.hpp"
 #include "inputs.hpp"
+#include "machine.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -31,31 +30,6 @@ struct BenchCommand {
   int repeat = 100;
   SegmentOptions options;
 };
-
-struct Machine {
-  std::string cpu;
-  unsigned cores = 0;
-  std::string compiler;
-  std::string build_type;
-};
-
-std::string cpu_model() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown";
-}
-
-Machine this_machine() {
-#ifdef __clang__
-  const char* const compiler = "clang " __clang_version__;
-#else
-  const char* const compiler = "gcc " __VERSION__;
-#endif
-  return {cpu_model(), std::thread::hardware_concurrency(), compiler, FRANSAC_BUILD_TYPE};
-}
 
 /// One method's buffers and times.
 struct Contestant {
