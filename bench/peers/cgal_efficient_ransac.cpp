@@ -75,7 +75,8 @@ class CgalEfficientRansac final : public Peer {
       z = static_cast<float>(p.z());
     };
     const auto pixel = [this](std::size_t i) { return pixels_[i]; };
-    answer.inliers = label_by_distance(points_.size(), answer.plane, std::numeric_limits<double>::infinity(), xyz, pixel, labels_);
+    answer.inliers =
+        label_by_distance(points_.size(), answer.plane, std::numeric_limits<double>::infinity(), xyz, pixel, labels_);
     answer.planes = 1;
     answer.labels = labels_.data();
     return true;
@@ -90,7 +91,8 @@ class CgalEfficientRansac final : public Peer {
       for (int u = 0; u < frame.width; ++u, ++pixel) {
         if (frame.depth[pixel] == 0) continue;
         const double z = frame.depth[pixel] / frame.depth_scale;
-        points_.emplace_back(Kernel::Point_3((u - frame.cx) / frame.fx * z, (v - frame.cy) / frame.fy * z, z), Kernel::Vector_3());
+        points_.emplace_back(Kernel::Point_3((u - frame.cx) / frame.fx * z, (v - frame.cy) / frame.fy * z, z),
+                             Kernel::Vector_3());
         pixels_.push_back(pixel);
       }
     }

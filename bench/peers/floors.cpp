@@ -58,21 +58,20 @@ class DeprojectFloor final : public Peer {
   std::vector<float> z_;
 };
 
-/// n . r of a pixel's ray is a ramp along its row, so a label is one multiply-add for the ramp and one for the distance.
+/// n . r of a pixel's ray is a ramp along its row: a label takes one addition and one multiply-add.
 void label(const Frame& frame, const float* __restrict column, std::uint8_t* __restrict labels) {
-  const auto scale = static_cast<float>(1.0 / frame.depth_scale);
   const auto d = static_cast<float>(frame.plane[3]);
   const auto threshold = static_cast<float>(kThreshold_m);
   const auto width = static_cast<std::size_t>(frame.width);
   for (int v = 0; v < frame.height; ++v) {
-    const auto row_part = static_cast<float>(frame.plane[1] * (v - frame.cy) / frame.fy + frame.plane[2]);
+    const auto row_part = static_cast<float>((frame.plane[1] * (v - frame.cy) / frame.fy + frame.plane[2]) / frame.depth_scale);
     const std::uint16_t* const depth = frame.depth + static_cast<std::size_t>(v) * width;
     std::uint8_t* const out = labels + static_cast<std::size_t>(v) * width;
     for (std::size_t u = 0; u < width; ++u) {
-      const float z = static_cast<float>(depth[u]) * scale;
-      const bool inlier = std::abs(z * (column[u] + row_part) + d) <= threshold;
-      const std::uint8_t measured = inlier ? kFirstPlane : kNoPlane;
-      out[u] = depth[u] == 0 ? kNoDepth : measured;
+      const float distance = std::abs(static_cast<float>(depth[u]) * (column[u] + row_part) + d);
+      const std::int32_t on_plane = distance <= threshold ? kFirstPlane : kNoPlane;
+      const std::int32_t measured = depth[u] == 0 ? kNoDepth : kNoPlane;
+      out[u] = static_cast<std::uint8_t>(on_plane & measured);
     }
   }
 }
@@ -85,7 +84,7 @@ class LabelFloor final : public Peer {
     labels_.resize(frame.size());
     column_.clear();
     for (int u = 0; u < frame.width; ++u) {
-      column_.push_back(static_cast<float>(frame.plane[0] * (u - frame.cx) / frame.fx));
+      column_.push_back(static_cast<float>(frame.plane[0] * (u - frame.cx) / frame.fx / frame.depth_scale));
     }
   }
   bool run(const Frame& frame, Answer& answer) override {

@@ -45,9 +45,13 @@ std::size_t label_by_distance(std::size_t points, const double (&plane)[4], doub
 
 /// The same from a list of inliers.
 template <class Indices, class Pixel>
-std::size_t label_by_index(std::size_t points, const Indices& inliers, Pixel&& pixel, std::vector<std::uint8_t>& labels) {
-  std::fill(labels.begin(), labels.end(), kNoDepth);
-  for (std::size_t i = 0; i < points; ++i) labels[pixel(i)] = kNoPlane;
+std::size_t label_by_index(const Frame& frame, const Indices& inliers, Pixel&& pixel, std::vector<std::uint8_t>& labels) {
+  if (frame.depth == nullptr) {
+    std::fill(labels.begin(), labels.end(), kNoPlane);
+  } else {
+    std::transform(frame.depth, frame.depth + frame.size(), labels.begin(),
+                   [](std::uint16_t z) { return z == 0 ? kNoDepth : kNoPlane; });
+  }
   for (const auto i : inliers) labels[pixel(static_cast<std::size_t>(i))] = kFirstPlane;
   return inliers.size();
 }

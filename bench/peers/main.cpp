@@ -84,7 +84,8 @@ bool for_resolutions(const Entry& entry) {
 }
 /// Methods that know clouds: no organised neighbours, no camera.
 bool for_points(const Entry& entry) {
-  return is_voxel_grid(entry) || (is_segment(entry) && (entry.method == "ransac" || entry.method == "fransac" || entry.id == "open3d-segment-voxel"));
+  return is_voxel_grid(entry) ||
+         (is_segment(entry) && (entry.method == "ransac" || entry.method == "fransac" || entry.id == "open3d-segment-voxel"));
 }
 bool for_threads(const Entry& entry) { return entry.id == "fransac" || entry.id == "ransac"; }
 
@@ -92,7 +93,8 @@ void append(std::vector<Row>& rows, std::vector<Row> more) {
   rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
-void run_on_datasets(const Command& command, const Party& party, const std::string& suite, Choice choice, std::vector<Row>& rows) {
+void run_on_datasets(const Command& command, const Party& party, const std::string& suite, Choice choice,
+                     std::vector<Row>& rows) {
   const std::vector<Contestant> contestants = contestants_of(command, party, choice);
   for (const std::string& dataset : command.datasets) {
     const std::vector<Scene> scenes = dataset == "synth" ? synth_dataset(command.frames) : load_dataset(dataset, command.frames);
@@ -126,7 +128,8 @@ void run_suite(const Command& command, const Party& party, const std::string& su
   if (suite == "threads") return run_threads(command, rows);
   const bool resolution = suite == "resolution";
   const std::vector<Scene> scenes = resolution ? synth_resolutions() : clouds();
-  append(rows, time_suite(suite, scenes, contestants_of(command, party, resolution ? for_resolutions : for_points), command.timing));
+  append(rows,
+         time_suite(suite, scenes, contestants_of(command, party, resolution ? for_resolutions : for_points), command.timing));
 }
 
 void run(Command& command) {
@@ -149,15 +152,19 @@ void run(Command& command) {
 
 int parse_and_run(int argc, char** argv) {
   Command command;
-  CLI::App app("Times fransac and its rivals side by side, frame by frame in turns, one thread unless a row says otherwise.", "bench_peers");
+  CLI::App app("Times fransac and its rivals side by side, frame by frame in turns, one thread unless a row says otherwise.",
+               "bench_peers");
   app.add_option("--suite", command.suites, "what is timed")
       ->delimiter(',')
       ->check(CLI::IsMember({"segment", "voxel_grid", "floor", "resolution", "points", "threads"}))
       ->capture_default_str();
-  app.add_option("--dataset", command.datasets, "folders of frames, or 'synth'; default: tum and mosd of ../shared/data if there, else synth");
+  app.add_option("--dataset", command.datasets,
+                 "folders of frames, or 'synth'; default: tum and mosd of ../shared/data if there, else synth");
   app.add_option("--frames", command.frames, "at most this many frames of each dataset, 0 for all");
   app.add_option("--peer", command.peers, "only those whose name has one of these in it")->delimiter(',');
-  app.add_option("--repeat", command.timing.repeat, "timed runs per frame and peer")->check(CLI::Range(1, 1000000))->capture_default_str();
+  app.add_option("--repeat", command.timing.repeat, "timed runs per frame and peer")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
   app.add_option("--max-seconds-per-row", command.timing.max_seconds_per_row, "no further run of a peer on a frame beyond it")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

@@ -49,7 +49,7 @@ class Open3dSegment final : public Peer {
   bool run(const Frame& frame, Answer& answer) override {
     if (frame.depth != nullptr) cloud_ = read(frame);
     pixels_.clear();  // Open3D's points are the measured pixels in their order
-    for (std::size_t i = 0; i < frame.size(); ++i) {
+    for (std::uint32_t i = 0; i < frame.size(); ++i) {
       if (frame.depth == nullptr || frame.depth[i] != 0) pixels_.push_back(i);
     }
     const std::shared_ptr<const Cloud> sampled = voxels_ ? cloud_->VoxelDownSample(kLeafSize_m) : cloud_;
@@ -64,9 +64,10 @@ class Open3dSegment final : public Peer {
         y = static_cast<float>(point.y());
         z = static_cast<float>(point.z());
       };
-      answer.inliers = label_by_distance(cloud_->points_.size(), answer.plane, std::numeric_limits<double>::infinity(), xyz, pixel, labels_);
+      answer.inliers =
+          label_by_distance(cloud_->points_.size(), answer.plane, std::numeric_limits<double>::infinity(), xyz, pixel, labels_);
     } else {
-      answer.inliers = label_by_index(cloud_->points_.size(), inliers, pixel, labels_);
+      answer.inliers = label_by_index(frame, inliers, pixel, labels_);
     }
     answer.planes = 1;
     answer.labels = labels_.data();
@@ -76,7 +77,7 @@ class Open3dSegment final : public Peer {
  private:
   bool voxels_;
   std::shared_ptr<Cloud> cloud_;
-  std::vector<std::size_t> pixels_;
+  std::vector<std::uint32_t> pixels_;
   std::vector<std::uint8_t> labels_;
 };
 

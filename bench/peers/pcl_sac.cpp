@@ -61,7 +61,7 @@ class PclSac final : public Peer {
       const double farthest = pipeline_ == Pipeline::fransac ? kFarthest_m : std::numeric_limits<double>::infinity();
       answer.inliers = label_by_distance(points_.size(), answer.plane, farthest, xyz, pixel, labels_);
     } else {
-      answer.inliers = label_by_index(points_.size(), inliers_.indices, pixel, labels_);
+      answer.inliers = label_by_index(frame, inliers_.indices, pixel, labels_);
     }
     answer.planes = 1;
     answer.labels = labels_.data();
@@ -90,7 +90,8 @@ class PclSac final : public Peer {
   }
 
   /// SACSegmentation cannot set the share of the points that is pre-tested; its default, a tenth of them, all of which must be
-  /// inliers, is passed by nearly no plane. One point is what Matas & Chum 2004 recommend. The rest is as SACSegmentation does it.
+  /// inliers, is passed by nearly no plane. One point is what Matas & Chum 2004 recommend. The rest is as SACSegmentation does
+  /// it.
   bool find_rransac(const PclCloud::ConstPtr& cloud) {
     using Model = pcl::SampleConsensusModelPlane<pcl::PointXYZ>;
     const Model::Ptr model(new Model(cloud));

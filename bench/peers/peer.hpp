@@ -43,8 +43,8 @@ struct Answer {
   const std::uint8_t* labels = nullptr;  ///< One per pixel or point: 0 no depth, 1 the largest plane, 2 …, 255 on none.
   double plane[4] = {};                  ///< The largest plane.
   int planes = 0;
-  std::size_t inliers = 0;                             ///< Pixels with label 1.
-  std::size_t leaves = 0;                              ///< Points left by a voxel grid.
+  std::size_t inliers = 0;                                  ///< Pixels with label 1.
+  std::size_t leaves = 0;                                   ///< Points left by a voxel grid.
   std::vector<std::pair<std::string_view, double>> stages;  ///< Milliseconds, where the library tells.
 };
 

@@ -143,20 +143,22 @@ nlohmann::ordered_json to_json(const Setting& setting, std::span<const Row> rows
 
 std::string table_text(const Setting& setting, std::span<const Row> rows) {
   const cli::Machine machine = cli::this_machine();
-  std::string text = fmt::format("{}, {} cores, {}, {}, {} build, native {}\n", machine.cpu, machine.cores, kernel(), machine.compiler,
-                                 machine.build_type, FRANSAC_BENCH_NATIVE_FLAGS);
+  std::string text = fmt::format("{}, {} cores, {}, {}, {} build, native {}\n", machine.cpu, machine.cores, kernel(),
+                                 machine.compiler, machine.build_type, FRANSAC_BENCH_NATIVE_FLAGS);
   for (const auto& [library, version] : setting.versions) text += fmt::format("{} {}  ", library, version);
-  text += "\nmilliseconds; F1: means over frames; 'x floor': times the deprojection loop; 'best rival': how many times longer it takes\n\n";
+  text +=
+      "\nmilliseconds; F1: means over frames; 'x floor': times the deprojection loop; 'best rival': how many times longer it "
+      "takes\n\n";
 
   const std::vector<Line> lines = lines_of(rows);
-  cli::Table table({"<suite", "<input", "<peer", "threads", "frames", "min", "median", "p99", "x floor", "<best rival", "F1", "best F1",
-                    "<note"});
+  cli::Table table({"<suite", "<input", "<peer", "threads", "frames", "min", "median", "p99", "x floor", "<best rival", "F1",
+                    "best F1", "<note"});
   const Line* previous = nullptr;
   for (const Line& line : lines) {
     if (previous != nullptr && (previous->first->suite != line.first->suite || previous->input != line.input)) table.rule();
     previous = &line;
-    std::vector<std::string> cells{line.first->suite, line.input, std::string(line.first->entry->id), fmt::format("{}", line.first->threads),
-                                   fmt::format("{}", line.frame_medians_ms.size())};
+    std::vector<std::string> cells{line.first->suite, line.input, std::string(line.first->entry->id),
+                                   fmt::format("{}", line.first->threads), fmt::format("{}", line.frame_medians_ms.size())};
     if (line.timed()) {
       for (const double ms : {cli::quantile(line.all_ms, 0.0), line.median_ms(), cli::quantile(line.all_ms, 0.99)}) {
         cells.push_back(fmt::format("{:.3f}", ms));

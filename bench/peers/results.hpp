@@ -21,8 +21,9 @@ struct Setting {
 
 nlohmann::ordered_json to_json(const Setting& setting, std::span<const Row> rows);
 
-/// One line per suite, dataset and contestant (and scene, where scenes are sizes): the fastest run, the median over frames of each
-/// frame's median, the 99th percentile of all runs; these against the deprojection floor and against the best rival of the same method.
+/// One line per suite, dataset and contestant (and scene, where scenes are sizes): the fastest run, the median over frames of
+/// each frame's median, the 99th percentile of all runs; these against the deprojection floor and against the best rival of the
+/// same method.
 std::string table_text(const Setting& setting, std::span<const Row> rows);
 
 }  // namespace fransac::bench

@@ -17,7 +17,8 @@ namespace {
 
 /// The plane that the labelling floor labels: any that is really there.
 void find_plane(Scene& scene) {
-  const DepthView view = DepthView::from_uint16(scene.depth.data(), scene.camera.width, scene.camera.height, scene.camera.depth_scale);
+  const DepthView view =
+      DepthView::from_uint16(scene.depth.data(), scene.camera.width, scene.camera.height, scene.camera.depth_scale);
   const Result<Segmentation> found = segment(view, scene.camera);
   if (!found || found->planes.empty()) return;
   const Plane& plane = found->planes.front().plane;

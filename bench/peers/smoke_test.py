@@ -15,6 +15,8 @@ def main():
     complaints = []
     for row in rows:
         name = f"{row['suite']} {row['peer']}"
+        if row.get("note", "").endswith(" s a run"):
+            continue  # a slow rival on a slow machine
         if len(row["times_ms"]) != 1 or not 0 < row["times_ms"][0] < 60_000:
             complaints.append(f"{name}: times {row['times_ms']} {row.get('note', '')}")
         # A rendered empty room: whichever of its walls is found, most of its pixels are right.

@@ -49,7 +49,9 @@ Row new_row(const std::string& suite, const Scene& scene, const Contestant& cont
   row.scene = scene.name;
   row.width = scene.camera.width;
   row.height = scene.camera.height;
-  row.points = scene.depth.empty() ? scene.points.size() / 3 : scene.depth.size() - static_cast<std::size_t>(std::count(scene.depth.begin(), scene.depth.end(), 0));
+  row.points = scene.depth.empty()
+                   ? scene.points.size() / 3
+                   : scene.depth.size() - static_cast<std::size_t>(std::count(scene.depth.begin(), scene.depth.end(), 0));
   return row;
 }
 
@@ -144,7 +146,8 @@ std::vector<Row> time_suite(const std::string& suite, std::span<const Scene> sce
   cli::Progress progress(2 * scenes.size());
   for (const Scene& scene : scenes) {
     progress.step(fmt::format("{}: checking {}/{}", suite, scene.dataset, scene.name));
-    for (Runner& runner : runners) answer_once(scene, options, runner, rows.emplace_back(new_row(suite, scene, runner.contestant)));
+    for (Runner& runner : runners)
+      answer_once(scene, options, runner, rows.emplace_back(new_row(suite, scene, runner.contestant)));
   }
   const bool known = std::all_of(scenes.begin(), scenes.end(), [](const Scene& scene) { return scene.dominant; });
   for (std::size_t s = 0; s < scenes.size(); ++s) {
@@ -154,7 +157,8 @@ std::vector<Row> time_suite(const std::string& suite, std::span<const Scene> sce
     for (std::size_t i = 0; i < runners.size(); ++i) {
       Row& row = rows[first + s * runners.size() + i];
       const double mean_f1 = runners[i].f1_count == 0 ? 1.0 : runners[i].f1_sum / runners[i].f1_count;
-      if (known && mean_f1 < kSaneF1) row.note = fmt::format("not timed: failed its check, mean F1 {:.3f} < {}", mean_f1, kSaneF1);
+      if (known && mean_f1 < kSaneF1)
+        row.note = fmt::format("not timed: failed its check, mean F1 {:.3f} < {}", mean_f1, kSaneF1);
       if (!row.note.empty()) continue;
       timed_rows.push_back(&row);
       timed_runners.push_back(&runners[i]);
