@@ -128,8 +128,10 @@ void run_suite(const Command& command, const Party& party, const std::string& su
   if (suite == "threads") return run_threads(command, rows);
   const bool resolution = suite == "resolution";
   const std::vector<Scene> scenes = resolution ? synth_resolutions() : clouds();
-  append(rows,
-         time_suite(suite, scenes, contestants_of(command, party, resolution ? for_resolutions : for_points), command.timing));
+  TimingOptions timing = command.timing;
+  timing.scenes_stand_alone = true;
+  const Choice choice = resolution ? for_resolutions : for_points;
+  append(rows, time_suite(suite, scenes, contestants_of(command, party, choice), timing));
 }
 
 void run(Command& command) {
@@ -171,6 +173,8 @@ int parse_and_run(int argc, char** argv) {
   app.add_option("--max-seconds-per-run", command.timing.max_seconds_per_run, "who takes longer is not timed")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_flag("--cpu-time", command.timing.cpu_time,
+               "processor time of the thread, for a look on a busy machine; not for two threads");
   app.add_option("--json", command.json, "results; '-' is standard output, instead of the table");
   app.add_option("--overlays", command.timing.overlays, "folder for pictures of the labels of everybody on depth frames");
   app.add_option("--commit", command.setting.commit, "noted in the results");

@@ -115,23 +115,36 @@ Scene synth_cloud(std::size_t points) {
   scene.dominant = true;
   scene.points.reserve(3 * points);
   scene.truth.reserve(points);
-  RandomStream random(0, points);
-  const auto add = [&scene](double x, double y, double z, std::uint8_t label) {
-    for (const double value : {x, y, z}) scene.points.push_back(static_cast<float>(value));
+  struct Ball {
+    Eigen::Vector3d centre;
+    double radius;
+  };
+  RandomStream random(0, 0);
+  std::vector<Ball> balls(60);
+  for (Ball& ball : balls) {
+    ball.centre.x() = (random.uniform() - 0.5) * kWidth_m;
+    ball.centre.y() = (random.uniform() - 0.5) * kWidth_m;
+    ball.centre.z() = random.uniform() * kHeight_m;
+    ball.radius = 0.1 + 0.1 * random.uniform();
+  }
+  const auto add = [&scene](const Eigen::Vector3d& point, std::uint8_t label) {
+    for (int i = 0; i < 3; ++i) scene.points.push_back(static_cast<float>(point[i]));
     scene.truth.push_back(label);
   };
   for (std::size_t i = 0; i < points; ++i) {
     const double kind = random.uniform();
-    const double x = (random.uniform() - 0.5) * kWidth_m;
-    const double y = (random.uniform() - 0.5) * kWidth_m;
-    const double z = random.uniform() * kHeight_m;
     const double noise = kNoise_m * random.normal();
     if (kind < 0.6) {
-      add(x, y, noise, kLabelFirst);
+      const double x = (random.uniform() - 0.5) * kWidth_m;
+      add({x, (random.uniform() - 0.5) * kWidth_m, noise}, kLabelFirst);
     } else if (kind < 0.8) {
-      add(kWidth_m / 2 + noise, y, z, kLabelFirst + 1);
+      const double y = (random.uniform() - 0.5) * kWidth_m;
+      add({kWidth_m / 2 + noise, y, random.uniform() * kHeight_m}, kLabelFirst + 1);
     } else {
-      add(x, y, z, kLabelNoPlane);
+      const Ball& ball = balls[random.below(static_cast<std::uint32_t>(balls.size()))];
+      Eigen::Vector3d direction;
+      for (int axis = 0; axis < 3; ++axis) direction[axis] = random.normal();
+      add(ball.centre + (ball.radius + noise) * direction.normalized(), kLabelNoPlane);
     }
   }
   return scene;

@@ -45,7 +45,9 @@ struct Row {
 struct TimingOptions {
   int repeat = 20;
   double max_seconds_per_row = 3.0;  ///< No further repetition beyond it.
+  bool cpu_time = false;             ///< The thread's processor time instead of the clock on the wall.
   double max_seconds_per_run = 5.0;  ///< Who takes longer is not timed.
+  bool scenes_stand_alone = false;   ///< Scenes are sizes: who fails on one may be timed on the others.
   std::filesystem::path overlays;    ///< Folder for pictures of everybody's labels; empty: none.
 };
 
