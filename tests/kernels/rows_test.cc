@@ -349,6 +349,30 @@ TEST_P(Rows, Score) {
   });
 }
 
+TEST_P(Rows, RemoveLeavesWhatIsNoInlier) {
+  for_random_rows([](const auto& row) {
+    using Raw = RawOf<decltype(row)>;
+    const auto t = static_cast<float>(row.threshold);
+    RowPlane plane = row.planes.front().plane;
+    plane = {{plane.ramp.base / t, plane.ramp.step / t}, plane.d / t};
+    Unaligned<Raw> apart(row.n, 1, Raw{7});
+    row_kernels<Raw>().remove(row.raw.data(), row.n, plane, apart.data());
+    Unaligned<Raw> in_place(row.n, 1, Raw{7});
+    std::copy(row.raw.data(), row.raw.data() + row.n, in_place.data());
+    row_kernels<Raw>().remove(in_place.data(), row.n, plane, in_place.data());
+    Unaligned<Raw> truth(row.n, 1, Raw{7});
+    ref::row_kernels<Raw>().remove(row.raw.data(), row.n, plane, truth.data());
+    double different = 0.0;
+    for (std::size_t u = 0; u < row.n; ++u) {
+      ASSERT_EQ(apart[u], in_place[u]) << u;
+      ASSERT_TRUE(apart[u] == row.raw[u] || apart[u] == Raw{0}) << u;
+      different += apart[u] != truth[u] ? 1.0 : 0.0;
+    }
+    EXPECT_LE(different, row.undecided(plane, 1.0));
+    EXPECT_EQ(apart[row.n], Raw{7});
+  });
+}
+
 TEST_P(Rows, TheThresholdItselfIsAnInlier) {
   // Distances of -0.75 … 0.75 in steps of 1/8: exact everywhere.
   const auto check = [](auto raw_one) {

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Everybody who can take part, whether their library was found or not.
+#pragma once
+
+#include <string_view>
+
+namespace fransac::bench {
+
+enum class Task {
+  segment,     ///< Depth in memory to labels of all pixels in memory.
+  voxel_grid,  ///< Cloud in memory to downsampled cloud in memory.
+  floor,       ///< What the machine allows.
+};
+
+struct Entry {
+  std::string_view id;
+  std::string_view library;
+  std::string_view build;   ///< "packaged": as Debian ships it; "native": its headers, compiled for this machine.
+  std::string_view method;  ///< Rivals of the same method are compared.
+  Task task;
+};
+
+inline constexpr Entry kRoster[] = {
+    {"fransac", "fransac", "project", "fransac", Task::segment},
+    {"pcl-fransac-native", "pcl", "native", "fransac", Task::segment},
+    {"pcl-fransac-packaged", "pcl", "packaged", "fransac", Task::segment},
+    {"voxel-ransac", "fransac", "project", "voxel-ransac", Task::segment},
+    {"pcl-voxel-ransac-native", "pcl", "native", "voxel-ransac", Task::segment},
+    {"pcl-voxel-ransac-packaged", "pcl", "packaged", "voxel-ransac", Task::segment},
+    {"open3d-segment-voxel", "open3d", "packaged", "voxel-ransac", Task::segment},
+    {"rransac", "fransac", "project", "rransac", Task::segment},
+    {"pcl-rransac-native", "pcl", "native", "rransac", Task::segment},
+    {"pcl-rransac-packaged", "pcl", "packaged", "rransac", Task::segment},
+    {"ransac", "fransac", "project", "ransac", Task::segment},
+    {"pcl-ransac-native", "pcl", "native", "ransac", Task::segment},
+    {"pcl-ransac-packaged", "pcl", "packaged", "ransac", Task::segment},
+    {"open3d-segment", "open3d", "packaged", "ransac", Task::segment},
+    {"pcl-organized-native", "pcl", "native", "multi-plane", Task::segment},
+    {"pcl-organized-packaged", "pcl", "packaged", "multi-plane", Task::segment},
+    {"opencv-rgbdplane", "opencv", "packaged", "multi-plane", Task::segment},
+    {"opencv-rgbdplane-normals", "opencv", "packaged", "multi-plane", Task::segment},
+    {"cgal-efficient-ransac", "cgal", "native", "multi-plane", Task::segment},
+    {"voxel-grid", "fransac", "project", "voxel-grid", Task::voxel_grid},
+    {"pcl-voxelgrid-native", "pcl", "native", "voxel-grid", Task::voxel_grid},
+    {"pcl-voxelgrid-packaged", "pcl", "packaged", "voxel-grid", Task::voxel_grid},
+    {"pcl-approximate-voxelgrid-native", "pcl", "native", "voxel-grid", Task::voxel_grid},
+    {"pcl-approximate-voxelgrid-packaged", "pcl", "packaged", "voxel-grid", Task::voxel_grid},
+    {"open3d-voxelgrid", "open3d", "packaged", "voxel-grid", Task::voxel_grid},
+    {"floor-copy", "floor", "native", "floor", Task::floor},
+    {"floor-deproject", "floor", "native", "floor", Task::floor},
+    {"floor-label", "floor", "native", "floor", Task::floor},
+};
+
+}  // namespace fransac::bench
