@@ -10,6 +10,7 @@ import pathlib
 import sys
 
 import accuracy
+import micro
 import page
 import results
 
@@ -20,6 +21,12 @@ PAGES = ("benchmark.md", "reproduction.md")
 def measure(arguments: argparse.Namespace) -> None:
     table = accuracy.measure(arguments.program, arguments.dataset, arguments.seeds)
     arguments.out.write_text(json.dumps(table) + "\n", encoding="utf-8")
+
+
+def add_micro(arguments: argparse.Namespace) -> None:
+    text = json.loads(arguments.results.read_text(encoding="utf-8"))
+    text["rows"] += micro.rows(arguments.report)
+    arguments.results.write_text(json.dumps(text) + "\n", encoding="utf-8")
 
 
 def render(arguments: argparse.Namespace) -> None:
@@ -47,6 +54,10 @@ def main() -> None:
     one.add_argument("--seeds", type=int, default=accuracy.SEEDS)
     one.add_argument("--out", type=pathlib.Path, required=True)
     one.set_defaults(run=measure)
+    one = commands.add_parser("micro", help="adds reports of Google Benchmark to the results of bench_peers")
+    one.add_argument("results", type=pathlib.Path)
+    one.add_argument("report", type=pathlib.Path, nargs="+")
+    one.set_defaults(run=add_micro)
     one = commands.add_parser("render", help="fills the pages and draws the plots")
     one.add_argument("results", type=pathlib.Path, help="JSON of bench_peers, or docs/benchmark/results.json")
     one.add_argument("--accuracy", type=pathlib.Path, help="what `accuracy` wrote")

@@ -240,6 +240,34 @@ def threads(results: Results) -> str:
     return table(("", "input", "1 thread [ms]", "2 threads [ms]", "speed-up"), lines, left=2) if lines else NOT_MEASURED
 
 
+def _us(row: Row | None) -> str:
+    return significant(row.time.median * 1e3 if row and row.time else None)
+
+
+def kernels(results: Results) -> str:
+    """Each kernel beside its scalar truth."""
+    found = {(row.peer, row.points): row for row in results.select(suite="kernels")}
+    lines = []
+    for (name, points), vector in found.items():
+        if name.endswith("_ref"):
+            continue
+        scalar = found.get((name + "_ref", points))
+        quotient = scalar.time.median / vector.time.median if scalar and scalar.time and vector.time else None
+        size = f"{points:,} points" if points else "640×480 pixels"
+        lines.append([f"`{name}`", size, _us(vector), _us(scalar), number(quotient, 1, "×")])
+    return table(("kernel", "input", "vectors [µs]", "scalar truth [µs]", ""), lines, left=2) if lines else NOT_MEASURED
+
+
+def executors(results: Results) -> str:
+    found = {(row.peer, row.points, row.threads): row for row in results.select(suite="executors")}
+    lines = []
+    for name, points in dict.fromkeys((name, points) for name, points, _ in found):
+        one, two = (found.get((name, points, threads)) for threads in (1, 2))
+        quotient = one.time.median / two.time.median if one and two and one.time and two.time else None
+        lines.append([name.replace("_", " "), f"{points:,} points", _us(one), _us(two), number(quotient, 2, "×")])
+    return table(("executor", "input", "1 thread [µs]", "2 threads [µs]", "speed-up"), lines, left=2) if lines else NOT_MEASURED
+
+
 def _paper_table(figure: str) -> Callable[[Results], str]:
     """Like the paper's tables 4 to 6: scenes of tum by methods in the paper's setting, mean ± standard deviation over seeds."""
 
@@ -349,6 +377,8 @@ def evaluate_commands(results: Results) -> str:
 
 
 BLOCKS: dict[str, Callable[[Results], str]] = {
+    "kernels": kernels,
+    "executors": executors,
     "machine": machine,
     "claims": claims,
     "segment": _per_dataset("segment"),

@@ -85,6 +85,21 @@ class OurVoxelGrid final : public Peer {
   VoxelGrid grid_;
 };
 
+/// The voxel grid straight from depth, as `fransac` uses it: deprojection included, which the rivals are spared.
+class OurDepthGrid final : public Peer {
+ public:
+  [[nodiscard]] std::string id() const override { return "voxel-grid-depth"; }
+  bool run(const Frame& frame, Answer& answer) override {
+    if (frame.depth == nullptr) return false;
+    const Status status = voxel_grid(view_of(frame), camera_of(frame), {.leaf_size_m = kLeafSize_m}, grid_);
+    answer.leaves = grid_.leaves.size();
+    return static_cast<bool>(status);
+  }
+
+ private:
+  VoxelGrid grid_;
+};
+
 }  // namespace
 
 void add_ours(Party& party, int threads) {
@@ -92,6 +107,7 @@ void add_ours(Party& party, int threads) {
     party.peers.push_back(std::make_unique<Ours>(method, threads));
   }
   party.peers.push_back(std::make_unique<OurVoxelGrid>());
+  party.peers.push_back(std::make_unique<OurDepthGrid>());
   party.versions.emplace_back("fransac", kVersion);
 }
 

@@ -41,6 +41,7 @@ inline constexpr Entry kRoster[] = {
     {"opencv-rgbdplane-normals", "opencv", "packaged", "multi-plane", Task::segment},
     {"cgal-efficient-ransac", "cgal", "native", "multi-plane", Task::segment},
     {"voxel-grid", "fransac", "project", "voxel-grid", Task::voxel_grid},
+    {"voxel-grid-depth", "fransac", "project", "voxel-grid", Task::voxel_grid},
     {"pcl-voxelgrid-native", "pcl", "native", "voxel-grid", Task::voxel_grid},
     {"pcl-voxelgrid-packaged", "pcl", "packaged", "voxel-grid", Task::voxel_grid},
     {"pcl-approximate-voxelgrid-native", "pcl", "native", "voxel-grid", Task::voxel_grid},

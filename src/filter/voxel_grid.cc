@@ -20,6 +20,9 @@ namespace {
 struct Lattice {
   kernels::Lattice key{};
   double leaf_size = 0.0;
+  /// Adding and subtracting this rounds a coordinate to a multiple of 2^-30 of the largest. Sums of up to 2^22 such numbers are
+  /// exact, so that they do not depend on their order and with it on the number of threads.
+  double rounder = 0.0;
 
   /// The middle of a leaf in local coordinates, metres.
   [[nodiscard]] Eigen::Vector3d centre(std::uint64_t leaf_key) const {
@@ -41,8 +44,10 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
   lattice.leaf_size = leaf_size_m;
   const std::array<const float*, 3> coordinates{cloud.x(), cloud.y(), cloud.z()};
   int bits = 0;
+  double farthest = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const kernels::Bounds bounds = kernels::bounds(coordinates[axis], cloud.padded_size());
+    farthest = std::max({farthest, std::abs(static_cast<double>(bounds.min)), std::abs(static_cast<double>(bounds.max))});
     const double origin = cloud.origin[static_cast<Eigen::Index>(axis)] * lattice.key.per_leaf;
     const double smallest = std::floor(static_cast<double>(bounds.min) * lattice.key.per_leaf + origin);
     lattice.key.offset[axis] = origin - smallest;
@@ -57,11 +62,12 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
       return too_many_leaves(leaf_size_m);
     }
   }
+  lattice.rounder = std::ldexp(1.5, std::ilogb(std::max(farthest, 1e-30)) + 1 + 52 - 30);
   return lattice;
 }
 
-/// Points of one part of a cloud: fixed, so that sums do not depend on the number of threads.
-constexpr std::size_t kPartPoints = std::size_t{1} << 18;
+/// Fewer points are not worth a thread of their own.
+constexpr std::size_t kLeastPart = std::size_t{1} << 17;
 
 /// Numbers the leaves of the points [begin, end) and adds their points up. Neighbours mostly share a leaf, so a run of equal keys
 /// is looked up once and added up in registers.
@@ -85,9 +91,9 @@ void add_points(const PointCloud& cloud, const Lattice& lattice, std::size_t beg
       const std::size_t run = i;
       std::array<double, 3> sum{};
       for (; i < size && keys[i] == key; ++i) {
-        sum[0] += static_cast<double>(x[i]);
-        sum[1] += static_cast<double>(y[i]);
-        sum[2] += static_cast<double>(z[i]);
+        sum[0] += (static_cast<double>(x[i]) + lattice.rounder) - lattice.rounder;
+        sum[1] += (static_cast<double>(y[i]) + lattice.rounder) - lattice.rounder;
+        sum[2] += (static_cast<double>(z[i]) + lattice.rounder) - lattice.rounder;
         leaf_of[i] = number;
       }
       CloudLeaf& leaf = part.leaves[number];
@@ -111,27 +117,24 @@ void merge(CloudPart& part, CloudPart& into) {
   }
 }
 
-/// Numbers the leaves and adds up their points, part by part: as many at a time as there are threads, merged in order.
+/// Numbers the leaves and adds up their points: a part of the cloud for each thread, merged in order.
 void add_points(const PointCloud& cloud, const Lattice& lattice, int threads, VoxelGrid& grid) {
   std::vector<CloudPart>& parts = grid.scratch->parts;
   grid.leaf_of.resize(cloud.size());
-  const auto end_of = [&](std::size_t part) { return std::min(cloud.size(), (part + 1) * kPartPoints); };
-  const std::size_t part_count = (cloud.size() + kPartPoints - 1) / kPartPoints;
-  const auto at_a_time = std::min<std::size_t>(static_cast<std::size_t>(resolve_threads(threads)), part_count);
-  parts.resize(std::max(parts.size(), at_a_time + 1));
-  add_points(cloud, lattice, 0, end_of(0), parts.front(), grid.leaf_of.data());
-  for (std::size_t first = 1; first < part_count; first += at_a_time) {
-    const std::size_t count = std::min(at_a_time, part_count - first);
-    parallel_for(threads, count, [&](std::size_t i) {
-      add_points(cloud, lattice, (first + i) * kPartPoints, end_of(first + i), parts[i + 1], grid.leaf_of.data());
-    });
-    for (std::size_t i = 0; i < count; ++i) merge(parts[i + 1], parts.front());
-    parallel_for(threads, count, [&](std::size_t i) {
-      for (std::size_t p = (first + i) * kPartPoints; p < end_of(first + i); ++p) {
-        grid.leaf_of[p] = parts[i + 1].number[grid.leaf_of[p]];
-      }
-    });
-  }
+  const std::size_t worthwhile = std::max<std::size_t>(1, cloud.size() / kLeastPart);
+  const auto count = std::min(static_cast<std::size_t>(resolve_threads(threads)), worthwhile);
+  parts.resize(std::max(parts.size(), count));
+  // Whole blocks: kernels read no less.
+  const auto begin_of = [&](std::size_t part) {
+    return part == count ? cloud.size() : part * (cloud.size() / count) / PointCloud::kBlock * PointCloud::kBlock;
+  };
+  parallel_for(threads, count,
+               [&](std::size_t i) { add_points(cloud, lattice, begin_of(i), begin_of(i + 1), parts[i], grid.leaf_of.data()); });
+  for (std::size_t i = 1; i < count; ++i) merge(parts[i], parts.front());
+  parallel_for(threads, count - 1, [&](std::size_t i) {
+    const AlignedVector<std::uint32_t>& number = parts[i + 1].number;
+    for (std::size_t p = begin_of(i + 1); p < begin_of(i + 2); ++p) grid.leaf_of[p] = number[grid.leaf_of[p]];
+  });
 }
 
 }  // namespace

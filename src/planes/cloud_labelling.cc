@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <unordered_set>
 
 #include "planes/labelling.hpp"
 
@@ -28,37 +27,56 @@ std::uint8_t nearest_plane(const Eigen::Vector3d& point, const std::vector<Plane
 }
 
 /// Area covered by the points, as occupied square cells on the plane.
-double occupied_area(const std::vector<Eigen::Vector2d>& points, double cell_m) {
+double occupied_area(const std::vector<Eigen::Vector2d>& points, double cell_m, LeafTable<std::uint64_t>& cells) {
   constexpr double kPointsPerCell = 4.0;  // evenly spread points then leave e^-4 = 2 % of the cells empty
   constexpr int kMaxDoublings = 40;
   double extent = 0.0;
   for (const Eigen::Vector2d& p : points) extent = std::max(extent, p.cwiseAbs().maxCoeff());
   if (extent == 0.0) return 0.0;
   cell_m = std::clamp(cell_m, 0x1p-31 * extent, extent);  // indices fit into 32 bits
-  std::unordered_set<std::uint64_t> cells;
   for (int doubling = 0; doubling < kMaxDoublings; ++doubling, cell_m *= 2.0) {
-    cells.clear();
+    cells.restart();
     for (const Eigen::Vector2d& p : points) {
       const auto index = [&](double c) {
         return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(c / cell_m))) & 0xFFFFFFFFU;
       };
-      cells.insert(index(p.x()) << 32 | index(p.y()));
+      cells.find_or_add(index(p.x()) | index(p.y()) << 32);
     }
-    if (kPointsPerCell * static_cast<double>(cells.size()) <= static_cast<double>(points.size()) || cells.size() <= 1) break;
+    if (kPointsPerCell * cells.size() <= static_cast<double>(points.size()) || cells.size() <= 1) break;
   }
-  return static_cast<double>(cells.size()) * cell_m * cell_m;
+  return cells.size() * cell_m * cell_m;
 }
+
+/// Whether points are measurements: PointCloud::measured, for many.
+class MeasuredTest {
+ public:
+  explicit MeasuredTest(const PointCloud& cloud) : cloud_(cloud), zero_((-cloud.origin).cast<float>()) {}
+  bool operator()(std::size_t i) const {
+    const float x = cloud_.x()[i];
+    const float y = cloud_.y()[i];
+    const float z = cloud_.z()[i];
+    const bool finite = x * 0.0F + y * 0.0F + z * 0.0F == 0.0F;
+    return finite && !(x == zero_.x() && y == zero_.y() && z == zero_.z());
+  }
+
+ private:
+  const PointCloud& cloud_;
+  Eigen::Vector3f zero_;
+};
 
 }  // namespace
 
-std::vector<std::uint8_t> leaf_labels(const PointCloud& leaves, double threshold_m, const std::vector<PlaneSegment>& planes) {
-  std::vector<std::uint8_t> labels(leaves.size());
+const std::vector<std::uint8_t>& leaf_labels(const PointCloud& leaves, double threshold_m,
+                                             const std::vector<PlaneSegment>& planes, LabelBuffers& buffers) {
+  std::vector<std::uint8_t>& labels = buffers.leaf_labels;
+  labels.resize(leaves.size());
   for (std::size_t leaf = 0; leaf < labels.size(); ++leaf) labels[leaf] = nearest_plane(leaves.point(leaf), planes, threshold_m);
   return labels;
 }
 
-void label_leaves(const PointCloud& points, const VoxelGrid& grid, double threshold_m, Segmentation& segmentation) {
-  const std::vector<std::uint8_t> label_of_leaf = leaf_labels(grid.leaves, threshold_m, segmentation.planes);
+void label_leaves(const PointCloud& points, const VoxelGrid& grid, double threshold_m, LabelBuffers& buffers,
+                  Segmentation& segmentation) {
+  const std::vector<std::uint8_t>& label_of_leaf = leaf_labels(grid.leaves, threshold_m, segmentation.planes, buffers);
   for (std::size_t i = 0; i < points.size(); ++i) segmentation.labels[points.source_of(i)] = label_of_leaf[grid.leaf_of[i]];
 }
 
@@ -68,9 +86,10 @@ void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& 
   const float* const limited = coordinates[static_cast<std::size_t>(axis)];
   const std::optional<LocalLimits> limits =
       rule.limits != nullptr ? std::optional<LocalLimits>(std::in_place, *rule.limits, cloud.origin[axis]) : std::nullopt;
+  const MeasuredTest measured(cloud);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     std::uint8_t& label = segmentation.labels[i];
-    if (!cloud.measured(i)) {
+    if (!measured(i)) {
       label = kLabelNoDepth;
       continue;
     }
@@ -79,8 +98,8 @@ void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& 
   }
 }
 
-void measure_points(const PointCloud& cloud, double cell_m, Segmentation& segmentation) {
-  std::vector<Eigen::Vector2d> on_plane;
+void measure_points(const PointCloud& cloud, double cell_m, LabelBuffers& buffers, Segmentation& segmentation) {
+  std::vector<Eigen::Vector2d>& on_plane = buffers.on_plane;
   for (PlaneSegment& segment : segmentation.planes) {
     const Eigen::Vector3d& n = segment.plane.normal;
     const Eigen::Vector3d e1 = n.unitOrthogonal();
@@ -96,7 +115,7 @@ void measure_points(const PointCloud& cloud, double cell_m, Segmentation& segmen
     }
     segment.inliers = on_plane.size();
     segment.rms_m = on_plane.empty() ? 0.0 : std::sqrt(squared_distance / static_cast<double>(on_plane.size()));
-    segment.area_m2 = on_plane.empty() ? 0.0 : occupied_area(on_plane, cell_m);
+    segment.area_m2 = on_plane.empty() ? 0.0 : occupied_area(on_plane, cell_m, buffers.cells);
   }
 }
 

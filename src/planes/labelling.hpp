@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "filter/depth_rows.hpp"
+#include "filter/leaf_table.hpp"
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/camera.hpp"
 #include "fransac/core/depth_image.hpp"
@@ -42,6 +43,9 @@ struct LabelTask {
 struct LabelBuffers {
   std::vector<LabelTask> tasks;
   AlignedVector<ImagePlane> planes;
+  std::vector<std::uint8_t> leaf_labels;
+  std::vector<Eigen::Vector2d> on_plane;
+  LeafTable<std::uint64_t> cells;
 };
 
 // A pixel or point gets the plane it is nearest to if that is within the threshold (eq. 1; ties: the smaller label),
@@ -57,11 +61,13 @@ void label_image_by_leaves(const DepthView& depth, const Camera& camera, const V
 
 void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& segmentation);
 /// The paper's way: `points`, which went into the grid, get the label of their leaf's point.
-void label_leaves(const PointCloud& points, const VoxelGrid& grid, double threshold_m, Segmentation& segmentation);
-/// The labels that leaves have.
-std::vector<std::uint8_t> leaf_labels(const PointCloud& leaves, double threshold_m, const std::vector<PlaneSegment>& planes);
+void label_leaves(const PointCloud& points, const VoxelGrid& grid, double threshold_m, LabelBuffers& buffers,
+                  Segmentation& segmentation);
+/// The labels that leaves have; in the buffers.
+const std::vector<std::uint8_t>& leaf_labels(const PointCloud& leaves, double threshold_m,
+                                             const std::vector<PlaneSegment>& planes, LabelBuffers& buffers);
 /// Inliers, rms and visible area from the labels. The area is that of the occupied cells of a grid on the plane, whose edge is
 /// doubled from `cell_m` until a cell holds four points on average, so that evenly spread points leave few cells empty.
-void measure_points(const PointCloud& cloud, double cell_m, Segmentation& segmentation);
+void measure_points(const PointCloud& cloud, double cell_m, LabelBuffers& buffers, Segmentation& segmentation);
 
 }  // namespace fransac

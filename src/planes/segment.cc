@@ -199,8 +199,11 @@ Status peel_planes(Peeler& peeler, const SegmentOptions& options, Workspace::Imp
     peeler.remove(plane, threshold);
     ++ransac.round;
   }
-  std::stable_sort(result.planes.begin(), result.planes.end(),
-                   [](const PlaneSegment& a, const PlaneSegment& b) { return a.support > b.support; });
+  // std::stable_sort would ask for memory.
+  for (std::size_t i = 0; i < result.planes.size(); ++i) result.planes[i].id = static_cast<int>(i);
+  std::sort(result.planes.begin(), result.planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
+    return a.support != b.support ? a.support > b.support : a.id < b.id;
+  });
   for (std::size_t i = 0; i < result.planes.size(); ++i) result.planes[i].id = static_cast<int>(i) + kLabelFirst;
   return {};
 }
@@ -315,11 +318,11 @@ struct CloudSource {
       planes.swap(s.planes);
       label_points(cloud, rule, s);  // without planes: only "no depth" and "no plane"
       planes.swap(s.planes);
-      label_leaves(work.points, work.grid, rule.threshold_m, s);
+      label_leaves(work.points, work.grid, rule.threshold_m, work.labels, s);
     } else {
       label_points(cloud, rule, s);
     }
-    measure_points(cloud, recipe.options.voxel_grid.leaf_size_m, s);
+    measure_points(cloud, recipe.options.voxel_grid.leaf_size_m, work.labels, s);
   }
 };
 

@@ -28,6 +28,7 @@ neither leaves a new file nor changes one; a case that succeeds prints nothing t
 """
 import csv
 import json
+import math
 import os
 import re
 import shlex
@@ -97,9 +98,14 @@ def check_csv(folder, text):
 
 
 def check_json(stdout, text):
+    """A number with a decimal point is compared to six digits."""
     path, _, value = text.partition(" ")
     found = look_up(json.loads(stdout), path)
-    assert not value or found == json.loads(value), f"{path} is {found!r}"
+    if not value:
+        return
+    wanted = json.loads(value)
+    same = math.isclose(found, wanted, rel_tol=1e-6, abs_tol=1e-6) if isinstance(wanted, float) else found == wanted
+    assert same, f"{path} is {found!r}"
 
 
 def check_json_lines(stdout, text):
