@@ -73,7 +73,7 @@ def fransac_bar(results: Results) -> Iterator[Claim]:
 
 
 def voxel_grid_bar(results: Results) -> Iterator[Claim]:
-    ours = results.select(suite="voxel_grid", library="fransac", threads=1)
+    ours = results.select(suite="voxel_grid", peer="voxel-grid-depth")
     pcl_rows = results.select(suite="voxel_grid", library="pcl")
     approximate = [row for row in pcl_rows if "approximate" in row.peer]
     exact = [row for row in pcl_rows if "approximate" not in row.peer and row.build == "native"]

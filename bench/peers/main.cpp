@@ -84,7 +84,7 @@ bool for_resolutions(const Entry& entry) {
 }
 /// Methods that know clouds: no organised neighbours, no camera.
 bool for_points(const Entry& entry) {
-  return is_voxel_grid(entry) ||
+  return (is_voxel_grid(entry) && entry.id != "voxel-grid-depth") ||
          (is_segment(entry) && (entry.method == "ransac" || entry.method == "fransac" || entry.id == "open3d-segment-voxel"));
 }
 bool for_threads(const Entry& entry) { return entry.id == "fransac" || entry.id == "ransac"; }

@@ -20,9 +20,9 @@ namespace {
 struct Lattice {
   kernels::Lattice key{};
   double leaf_size = 0.0;
-  /// Adding and subtracting this rounds a coordinate to a multiple of 2^-30 of the largest. Sums of up to 2^22 such numbers are
-  /// exact, so that they do not depend on their order and with it on the number of threads.
-  double rounder = 0.0;
+  /// Adding and subtracting this rounds a coordinate to a multiple of 2^-30 of the largest along its axis. Sums of up to 2^22
+  /// such numbers are exact, so that they do not depend on their order and with it on the number of threads.
+  std::array<double, 3> rounder{};
 
   /// The middle of a leaf in local coordinates, metres.
   [[nodiscard]] Eigen::Vector3d centre(std::uint64_t leaf_key) const {
@@ -44,10 +44,11 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
   lattice.leaf_size = leaf_size_m;
   const std::array<const float*, 3> coordinates{cloud.x(), cloud.y(), cloud.z()};
   int bits = 0;
-  double farthest = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const kernels::Bounds bounds = kernels::bounds(coordinates[axis], cloud.padded_size());
-    farthest = std::max({farthest, std::abs(static_cast<double>(bounds.min)), std::abs(static_cast<double>(bounds.max))});
+    const double farthest =
+        std::max({1e-30, std::abs(static_cast<double>(bounds.min)), std::abs(static_cast<double>(bounds.max))});
+    lattice.rounder[axis] = std::ldexp(1.5, std::ilogb(farthest) + 1 + 52 - 30);
     const double origin = cloud.origin[static_cast<Eigen::Index>(axis)] * lattice.key.per_leaf;
     const double smallest = std::floor(static_cast<double>(bounds.min) * lattice.key.per_leaf + origin);
     lattice.key.offset[axis] = origin - smallest;
@@ -62,7 +63,6 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
       return too_many_leaves(leaf_size_m);
     }
   }
-  lattice.rounder = std::ldexp(1.5, std::ilogb(std::max(farthest, 1e-30)) + 1 + 52 - 30);
   return lattice;
 }
 
@@ -74,6 +74,7 @@ constexpr std::size_t kLeastPart = std::size_t{1} << 17;
 void add_points(const PointCloud& cloud, const Lattice& lattice, std::size_t begin, std::size_t end, CloudPart& part,
                 std::uint32_t* leaf_of_point) {
   constexpr std::size_t kStretch = 1024;  // points whose keys are made at a time: 8 KiB
+  const std::array<double, 3> rounder = lattice.rounder;
   part.table.restart();
   part.leaves.clear();
   alignas(kAlignment) std::array<std::uint64_t, kStretch> keys;
@@ -91,9 +92,9 @@ void add_points(const PointCloud& cloud, const Lattice& lattice, std::size_t beg
       const std::size_t run = i;
       std::array<double, 3> sum{};
       for (; i < size && keys[i] == key; ++i) {
-        sum[0] += (static_cast<double>(x[i]) + lattice.rounder) - lattice.rounder;
-        sum[1] += (static_cast<double>(y[i]) + lattice.rounder) - lattice.rounder;
-        sum[2] += (static_cast<double>(z[i]) + lattice.rounder) - lattice.rounder;
+        sum[0] += (static_cast<double>(x[i]) + rounder[0]) - rounder[0];
+        sum[1] += (static_cast<double>(y[i]) + rounder[1]) - rounder[1];
+        sum[2] += (static_cast<double>(z[i]) + rounder[2]) - rounder[2];
         leaf_of[i] = number;
       }
       CloudLeaf& leaf = part.leaves[number];

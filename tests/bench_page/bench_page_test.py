@@ -165,7 +165,7 @@ class Bars(unittest.TestCase):
     def test_the_fastest_rival_counts(self):
         grid = {"suite": "voxel_grid", "method": "voxel-grid"}
         rows = [
-            raw_row("voxel-grid", library="fransac", build="project", times_ms=[1.0], **grid),
+            raw_row("voxel-grid-depth", library="fransac", build="project", times_ms=[1.0], **grid),
             raw_row("pcl-voxelgrid-native", library="pcl", build="native", times_ms=[9.0], **grid),
             raw_row("pcl-approximate-voxelgrid-native", library="pcl", build="native", times_ms=[5.0], **grid),
             raw_row("pcl-approximate-voxelgrid-packaged", library="pcl", build="packaged", times_ms=[3.0], **grid),
