@@ -15,7 +15,8 @@ A *.cases file is lines of a keyword and its text; '#' comments. Each case runs 
   exit CODE            default 0
   stdout REGEX         found in stdout (multi-line); several: all
   stderr REGEX         the same for stderr
-  json PATH [VALUE]    stdout is JSON that has this path (keys and indices joined by '.'), with this JSON value
+  json PATH [VALUE]    stdout is JSON that has this path (keys and indices joined by '.'), with this JSON value; a value with a
+                       decimal point may be off by a millionth
   json-lines N         stdout is N lines, each a JSON document
   partial              some of several frames fail (exit 1): what the others gave is printed and written all the same
   absent FILE          does not exist afterwards
@@ -28,6 +29,7 @@ neither leaves a new file nor changes one; a case that succeeds prints nothing t
 """
 import csv
 import json
+import math
 import os
 import re
 import shlex
@@ -99,7 +101,13 @@ def check_csv(folder, text):
 def check_json(stdout, text):
     path, _, value = text.partition(" ")
     found = look_up(json.loads(stdout), path)
-    assert not value or found == json.loads(value), f"{path} is {found!r}"
+    if not value:
+        return
+    expected = json.loads(value)
+    if isinstance(expected, float):
+        assert isinstance(found, float) and math.isclose(found, expected, rel_tol=1e-6), f"{path} is {found!r}"
+    else:
+        assert found == expected, f"{path} is {found!r}"
 
 
 def check_json_lines(stdout, text):
