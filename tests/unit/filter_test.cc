@@ -369,5 +369,36 @@ TEST(VoxelGrid, ReusedAcrossCloudsAndTableGrowth) {
   }
 }
 
+TEST(VoxelGrid, ThreadsChangeNothing) {
+  // Several parts of a cloud, the last one short; points jump about, so that parts share most of their leaves.
+  RandomStream random = testing::test_random();
+  constexpr std::size_t kPoints = 700'001;
+  PointCloud cloud;
+  cloud.resize(kPoints);
+  for (std::size_t i = 0; i < kPoints; ++i) cloud.set(i, testing::uniform_point(random, -1.0, 1.0).cast<float>());
+  VoxelGrid reused;
+  for (const LeafPoint leaf_point : {LeafPoint::centroid, LeafPoint::centre}) {
+    const VoxelGrid serial = grid_of(cloud, 0.125, leaf_point);
+    EXPECT_EQ(serial.leaves.size(), leaves_by_definition(cloud, 0.125).size());
+    std::uint32_t entered = 0;
+    std::vector<std::uint32_t> counts(serial.leaves.size());
+    for (const std::uint32_t leaf : serial.leaf_of) {
+      ASSERT_LE(leaf, entered);  // numbered in the order of their first point
+      entered += static_cast<std::uint32_t>(leaf == entered);
+      ++counts[leaf];
+    }
+    EXPECT_TRUE(std::equal(counts.begin(), counts.end(), serial.point_count.begin(), serial.point_count.end()));
+    for (const int threads : {2, 5, 3, 0, 1}) {
+      ASSERT_TRUE(voxel_grid(cloud, 0.125, leaf_point, reused, threads));
+      EXPECT_TRUE(reused.leaf_of == serial.leaf_of);
+      EXPECT_TRUE(reused.point_count == serial.point_count);
+      ASSERT_EQ(reused.leaves.size(), serial.leaves.size());
+      for (std::size_t leaf = 0; leaf < serial.leaves.size(); ++leaf) {
+        ASSERT_EQ(reused.leaves.local(leaf), serial.leaves.local(leaf));
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace fransac
