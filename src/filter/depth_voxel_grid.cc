@@ -66,10 +66,9 @@ struct RunSums {
 /// Adds up runs of 16-bit depth by differences of running sums: no loop over a run, whose length nobody can predict.
 class RunningSums {
  public:
-  RunningSums(const std::uint16_t* raw, std::size_t n, AlignedVector<std::uint64_t>& running) {
-    running.resize(n + 1);
-    kernels::running_sums(raw, n, running.data());
-    running_ = running.data();
+  /// `running` has room for n + 1 sums.
+  RunningSums(const std::uint16_t* raw, std::size_t n, std::uint64_t* running) : running_(running) {
+    kernels::running_sums(raw, n, running);
   }
 
   [[nodiscard]] RunSums run(std::size_t first, std::size_t end) const {
@@ -205,6 +204,7 @@ class Builder {
     LeafBars::Row(band.bars).number_of(kernels::kNoLeaf);  // leaf 0 takes what belongs to none
     band.keys.resize(rows_.padded_width() + 1);
     band.keys[0] = kernels::kNoLeaf;
+    band.running.resize(rows_.padded_width() + 1);
     band.starts.resize(rows_.padded_width() + kernels::kBlock);
   }
 
@@ -223,8 +223,9 @@ class Builder {
   template <bool kLeafOf>
   void add_row(int v, RowBand& band) const {
     const std::size_t n = rows_.padded_width();
-    const auto [measured, raw] = rows_.row(v, band.row);
-    band.measured += rows_.count(measured);
+    const typename DepthRows<Raw>::Row values = rows_.row(v, band.row);
+    const Raw* const raw = values.kept;
+    band.measured += rows_.count(values.measured);
     kernels::LeafRow row = leaf_row_;
     row.ray_y = static_cast<float>((v - rows_.camera().cy) / rows_.camera().fy);
     const std::uint32_t* const keys = band.keys.data() + 1;
@@ -234,7 +235,7 @@ class Builder {
       if constexpr (std::is_same_v<Raw, float>) {
         return UnitSums(raw, per_unit_);
       } else {
-        return RunningSums(raw, n, band.running);
+        return RunningSums(raw, n, band.running.data());
       }
     }();
     reserve(band, n);

@@ -36,7 +36,7 @@ class LeafBars {
     const std::size_t bars = std::size_t{1} << (key_bits - kLeafBits);
     if (bars > size_ || first_leaf_ >= kMostStamps) {
       // Zeros that cost nothing until they are touched; most bars never are.
-      bars_.reset(static_cast<std::uint32_t*>(std::calloc(bars, sizeof(std::uint32_t))));
+      bars_.reset(static_cast<std::uint32_t*>(std::calloc(bars, sizeof(std::uint32_t))));  // NOLINT(cppcoreguidelines-no-malloc)
       size_ = bars_ ? bars : 0;
       if (!bars_) throw std::bad_alloc();
       numbers_.assign(numbers_.size(), 0);
@@ -96,7 +96,7 @@ class LeafBars {
 
  private:
   struct Free {
-    void operator()(void* p) const { std::free(p); }
+    void operator()(void* p) const { std::free(p); }  // NOLINT(cppcoreguidelines-no-malloc)
   };
 
   std::unique_ptr<std::uint32_t[], Free> bars_;  ///< By bar: first_block_ plus its block; smaller when not of this frame.

@@ -15,7 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace fransac::kernels {
 namespace HWY_NAMESPACE {
 
-const char* NameOfTarget() { return hwy::TargetName(HWY_TARGET); }
+const char* name_of_target() { return hwy::TargetName(HWY_TARGET); }
 
 }  // namespace HWY_NAMESPACE
 }  // namespace fransac::kernels
@@ -25,7 +25,7 @@ HWY_AFTER_NAMESPACE();
 namespace fransac::kernels {
 namespace {
 
-HWY_EXPORT(NameOfTarget);
+HWY_EXPORT(name_of_target);
 
 /// Leaves only the instruction set that FRANSAC_TARGET names, where this machine has it. Tests run everything with each.
 bool obey_environment() {
@@ -45,7 +45,7 @@ bool obey_environment() {
 
 }  // namespace
 
-const char* target_name() { return HWY_DYNAMIC_DISPATCH(NameOfTarget)(); }
+const char* target_name() { return HWY_DYNAMIC_DISPATCH(name_of_target)(); }
 
 }  // namespace fransac::kernels
 #endif  // HWY_ONCE

@@ -57,9 +57,11 @@ template <class Raw>
 void DepthData<Raw>::put(Raw raw, std::uint32_t pixel, std::uint32_t k, PointCloud& sample) const {
   const Camera& camera = rows_->camera();
   const auto width = static_cast<std::uint32_t>(rows_->width());
+  const std::uint32_t u = pixel % width;
+  const std::uint32_t v = pixel / width;
   const float z = static_cast<float>(raw) * rows_->view().metres_per_unit();
-  sample.x()[k] = z * ((static_cast<float>(pixel % width) - static_cast<float>(camera.cx)) * static_cast<float>(1.0 / camera.fx));
-  sample.y()[k] = z * ((static_cast<float>(pixel / width) - static_cast<float>(camera.cy)) * static_cast<float>(1.0 / camera.fy));
+  sample.x()[k] = z * ((static_cast<float>(u) - static_cast<float>(camera.cx)) * static_cast<float>(1.0 / camera.fx));
+  sample.y()[k] = z * ((static_cast<float>(v) - static_cast<float>(camera.cy)) * static_cast<float>(1.0 / camera.fy));
   sample.z()[k] = z;
 }
 

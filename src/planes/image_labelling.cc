@@ -19,10 +19,10 @@ constexpr double kLeastDistance_m = 0.05;
 class ImagePlanes {
  public:
   template <class Raw>
-  ImagePlanes(const DepthRows<Raw>& rows, const std::vector<PlaneSegment>& segments, AlignedVector<ImagePlane>& planes) {
+  ImagePlanes(const DepthRows<Raw>& rows, const std::vector<PlaneSegment>& segments, AlignedVector<ImagePlane>& planes)
+      : planes_(&planes) {
     planes.clear();
     for (const PlaneSegment& s : segments) planes.emplace_back(s.plane, rows.camera(), rows.view().metres_per_unit());
-    planes_ = &planes;
   }
   [[nodiscard]] std::size_t size() const { return planes_->size(); }
   [[nodiscard]] kernels::LabelPlane at(std::size_t p, int v) const {
