@@ -131,7 +131,8 @@ void expect_centroids(const DepthView& depth, const Camera& camera, const VoxelG
     sum.x += z * (u - static_cast<long double>(camera.cx)) / static_cast<long double>(camera.fx);
     sum.y += z * (v - static_cast<long double>(camera.cy)) / static_cast<long double>(camera.fy);
     sum.z += z;
-    sum.across += z * std::max((u + std::abs(camera.cx)) / camera.fx, (v + std::abs(camera.cy)) / camera.fy);
+    const double widest = std::max((u + std::abs(camera.cx)) / camera.fx, (v + std::abs(camera.cy)) / camera.fy);
+    sum.across += z * static_cast<long double>(widest);
     largest = std::max(largest, z);
   }
   // Sums of 16-bit depth are exact, so some roundings of the result are left; float depth is cut to 2^-24 of the largest, or to
