@@ -31,13 +31,24 @@ void run_parallel(int threads, std::size_t n, IndexFunction body) {
 }
 #else
 void run_parallel(int threads, std::size_t n, IndexFunction body) {
-  // Kept from call to call: waking an arena takes some microseconds, making one some tens.
+  // Kept from call to call: waking an arena takes some microseconds, making one some tens. Not while it is at work: a call from
+  // within a body runs in the arena that it finds itself in.
   thread_local std::optional<tbb::task_arena> arena;
-  if (!arena || arena->max_concurrency() != threads) arena.emplace(threads);
-  arena->execute([&] {
+  thread_local bool busy = false;
+  const auto run = [&] {
     tbb::parallel_for(
         std::size_t{0}, n, [&](std::size_t i) { body(i); }, tbb::simple_partitioner());
-  });
+  };
+  if (busy) return run();
+  if (!arena || arena->max_concurrency() != threads) arena.emplace(threads);
+  busy = true;
+  try {
+    arena->execute(run);
+  } catch (...) {
+    busy = false;
+    throw;
+  }
+  busy = false;
 }
 #endif
 

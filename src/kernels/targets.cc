@@ -27,7 +27,7 @@ namespace {
 
 HWY_EXPORT(name_of_target);
 
-/// Leaves only the instruction set that FRANSAC_TARGET names, where this machine has it. Tests run everything with each.
+/// Leaves only the instruction set that FRANSAC_TARGET names, where this machine has it. Tests run segmentation with each.
 bool obey_environment() {
   const char* const wanted = std::getenv("FRANSAC_TARGET");
   if (wanted == nullptr) return false;
