@@ -182,12 +182,12 @@ struct Columns {
   std::size_t every;  // which names there is room for
   double bottom;
 
-  Columns(const std::vector<std::string>& names, double from) : left(from) {
-    step = (kRight - left) / static_cast<double>(std::max<std::size_t>(names.size(), 1));
-    upright = longest(names) + 8.0 > step;
-    every = upright ? static_cast<std::size_t>(std::ceil(15.0 / step)) : 1;
-    bottom = kHeight - 12.0 - (upright ? longest(names) : 16.0);
-  }
+  Columns(const std::vector<std::string>& names, double from)
+      : left(from),
+        step((kRight - left) / static_cast<double>(std::max<std::size_t>(names.size(), 1))),
+        upright(longest(names) + 8.0 > step),
+        every(upright ? static_cast<std::size_t>(std::ceil(15.0 / step)) : 1),
+        bottom(kHeight - 12.0 - (upright ? longest(names) : 16.0)) {}
   [[nodiscard]] double middle(std::size_t i) const { return left + (static_cast<double>(i) + 0.5) * step; }
   [[nodiscard]] std::string names(const std::vector<std::string>& categories) const {
     std::string svg;
