@@ -2,9 +2,8 @@
 #include "planes/depth_data.hpp"
 
 #include <algorithm>
-#include <vector>
 
-#include "fransac/core/parallel.hpp"
+#include "core/parallel_sum.hpp"
 #include "planes/image_plane.hpp"
 #include "planes/row_tasks.hpp"
 
@@ -87,11 +86,8 @@ Sum DepthData<Raw>::sum_over_image(const OfRow& of_row, const Enough& enough) co
       sum += sum_over_rows<Sum>(task, of_row);
     return sum;
   }
-  std::vector<Sum> parts(row_tasks(rows_->height()));
-  parallel_for(threads_, parts.size(),
-               [&](std::size_t task) { parts[task] = sum_over_rows<Sum>(static_cast<int>(task), of_row); });
-  for (const Sum& part : parts) sum += part;
-  return sum;
+  return parallel_sum<Sum>(threads_, row_tasks(rows_->height()),
+                           [&](std::size_t task) { return sum_over_rows<Sum>(static_cast<int>(task), of_row); });
 }
 
 template <class Raw>

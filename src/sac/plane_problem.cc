@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
-#include "fransac/core/parallel.hpp"
+#include "core/parallel_sum.hpp"
 #include "kernels/points.h"
 
 namespace fransac::sac {
@@ -68,16 +67,8 @@ template <class Sum, class Part>
 Sum sum_over_tasks(const PointCloud& cloud, int threads, const Part& part) {
   const std::size_t n = cloud.padded_size();
   const std::size_t tasks = (n + kTaskPoints - 1) / kTaskPoints;
-  const auto of_task = [&](std::size_t task) { return part(task * kTaskPoints, std::min(n, (task + 1) * kTaskPoints)); };
-  Sum sum{};
-  if (tasks <= 1 || threads == 1) {
-    for (std::size_t task = 0; task < tasks; ++task) sum += of_task(task);
-    return sum;
-  }
-  std::vector<Sum> parts(tasks);
-  parallel_for(threads, tasks, [&](std::size_t task) { parts[task] = of_task(task); });
-  for (const Sum& p : parts) sum += p;
-  return sum;
+  return parallel_sum<Sum>(threads, tasks,
+                           [&](std::size_t task) { return part(task * kTaskPoints, std::min(n, (task + 1) * kTaskPoints)); });
 }
 
 }  // namespace
