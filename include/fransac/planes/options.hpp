@@ -15,9 +15,10 @@
 
 namespace fransac {
 
-/// The methods that Zeineldin & El-Fishawy compare. What each consists of stands in planes/methods.hpp.
+/// How planes are found. What the four that Zeineldin & El-Fishawy compare consist of stands in planes/methods.hpp.
 enum class Method {
-  automatic,     ///< The best available for the kind of input; at present `fransac`.
+  automatic,     ///< `cells` for depth images and organised clouds of a pinhole camera, else `fransac`.
+  cells,         ///< Every plane of a depth image from blocks of inverse depth.
   fransac,       ///< Pass-through, voxel grid, RANSAC with both stops.
   voxel_ransac,  ///< Voxel grid, RANSAC.
   rransac,       ///< RANSAC with the T(d,d) pre-test on the full cloud.
@@ -52,16 +53,38 @@ struct RansacPlaneOptions {
   bool refine = true;  ///< Final least squares on the inliers.
 };
 
+/// Which plane is the first.
+enum class PlaneOrder {
+  area,     ///< Most visible square metres first.
+  support,  ///< Most pixels, points or leaves first.
+};
+
+/// What `cells` needs to know besides the sensor.
+struct CellsOptions {
+  double min_area_m2 = 0.0;  ///< Planes with a smaller visible area are left out.
+  /// Only planes whose normal is within `prior_angle_deg` of this direction (parallel planes).
+  std::optional<Eigen::Vector3d> parallel_to;
+  /// Only planes whose normal is perpendicular to this direction, to within `prior_angle_deg`.
+  std::optional<Eigen::Vector3d> perpendicular_to;
+  double prior_angle_deg = 10.0;
+  bool residuals = false;             ///< Fill Segmentation::residuals_m.
+  std::optional<Eigen::Vector3d> up;  ///< Up in the camera's frame, of any length; unset: estimated.
+};
+
 struct SegmentOptions {
   Method method = Method::automatic;
-  int max_planes = 1;         ///< 0: all, up to kMaxPlanes.
-  double min_support = 0.02;  ///< Smallest support of a plane, as a share of the points that are sampled.
+  std::optional<int> max_planes;      ///< 0: all, up to kMaxPlanes. Unset: all for `cells`, 1 for the others.
+  std::optional<double> min_support;  ///< Smallest support of a plane, as a share of the points that are sampled. Unset: see
+                                      ///< default_min_support.
+  std::optional<PlaneOrder> order;    ///< Unset: area for `cells`, support for the others.
   LabelsFrom labels_from = LabelsFrom::pixels;
   std::uint64_t seed = 0;
   int threads = 1;  ///< 0: all cores. Never changes the answer.
   PassThroughOptions pass_through;
   VoxelGridOptions voxel_grid;
   RansacPlaneOptions ransac;
+  SensorOptions sensor;
+  CellsOptions cells;
 };
 
 /// What a front end needs to know of one option. `Value` is double, int, std::uint64_t, bool, an enum, or a

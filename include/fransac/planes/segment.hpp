@@ -26,6 +26,9 @@ struct PlaneSegment {
   std::uint64_t iterations = 0;  ///< Hypotheses of the search that found it.
   StopReason stop_reason = StopReason::max_iterations;  ///< Why that search ended.
   double rms_m = 0.0;    ///< Root mean square distance of the labelled points to the plane, metres.
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();    ///< Of the labelled points, metres (`cells`; else zero).
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< Of (normal, d), rank 3 (`cells`; else zero).
+  PlaneKind kind = PlaneKind::unknown;
   double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a
                          ///< grid on the plane.
 };
@@ -50,6 +53,11 @@ struct Segmentation {
   int width = 0;                     ///< Of the label image; unorganised clouds: the number of points.
   int height = 0;                    ///< 1 for unorganised clouds.
   std::vector<std::uint8_t> labels;  ///< One per pixel or point, row by row; see core/labels.hpp.
+  std::vector<float> residuals_m;    ///< On request: distance of each pixel to its label's plane, positive on the camera's side;
+                                     ///< NaN where there is none. Else empty.
+  std::optional<Eigen::Vector3d> up;  ///< Unit vector in the input's coordinates.
+  UpSource up_source = UpSource::none;
+  DepthNoise noise;                  ///< That `cells` worked with: the sensor's, or estimated.
   std::vector<PlaneSegment> planes;  ///< Most support first; planes[i].id == i + 1.
 
   std::uint64_t valid_points = 0;                       ///< Measured pixels or points of the input.

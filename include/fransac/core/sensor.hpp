@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How precisely a depth camera measures.
+#pragma once
+
+#include <optional>
+
+#include "fransac/core/camera.hpp"
+#include "fransac/core/result.hpp"
+
+namespace fransac {
+
+enum class SensorKind {
+  automatic,         ///< Noise estimated from the frame itself.
+  structured_light,  ///< Kinect v1, Xtion, PrimeSense: sigma_z grows with z^2.
+  stereo,            ///< Passive or active stereo, RealSense: sigma_z = z^2 * disparity error / (f b).
+  time_of_flight,    ///< Kinect v2, Azure Kinect, phones: constant, plus a share of the distance.
+  none,              ///< Exact or rendered depth: the step of the raw unit only.
+};
+
+/// What a user knows of the sensor. What is unset follows from the kind.
+struct SensorOptions {
+  SensorKind kind = SensorKind::automatic;
+  std::optional<double> baseline_m;          ///< Structured light and stereo: between projector or cameras.
+  std::optional<double> disparity_error_px;  ///< Structured light and stereo: one sigma of the disparity.
+  std::optional<double> constant_m;          ///< Time of flight: part of sigma_z that does not depend on the distance.
+  std::optional<double> linear;              ///< Time of flight: part of sigma_z per metre of distance.
+  std::optional<double> bias_m;              ///< Any: by how much a plane may be bent or shifted over the image.
+};
+
+/// One standard deviation of a depth z: sigma_z(z)^2 = constant^2 + (linear z)^2 + (quadratic z^2)^2.
+struct DepthNoise {
+  double constant_m = 0.0;
+  double linear = 0.0;
+  double quadratic_per_m = 0.0;
+
+  [[nodiscard]] double sigma_m(double z_m) const;
+  bool operator==(const DepthNoise&) const = default;
+};
+
+struct SensorModel {
+  SensorKind kind = SensorKind::automatic;
+  DepthNoise noise;  ///< `automatic`: the largest that is believed.
+  double bias_m = 0.0;
+
+  bool operator==(const SensorModel&) const = default;
+};
+
+/// The model of a sensor behind `camera`, whose raw unit is `metres_per_unit` (its rounding counts as noise). invalid_argument
+/// where a number is out of range or means nothing to this kind; the message names it.
+Result<SensorModel> sensor_model(const SensorOptions& options, const Camera& camera, double metres_per_unit);
+
+}  // namespace fransac
