@@ -265,10 +265,11 @@ CloudScale scale_of(const PointCloud& cloud) {
 /// Why there may be no plane and what to try.
 void explain_no_planes(const std::string& name, const Content& content, const SegmentOptions& options,
                        const Segmentation& segmentation) {
+  const double min_support = options.min_support.value_or(defaults_of(segmentation.method).min_support);
   log(fmt::format(
       "{}: no plane has the minimum support of {:g} % of the {} sampled points; try a larger --threshold (now {:g} m) or a "
       "smaller --min-support (now {:g})",
-      name, 100.0 * options.min_support, segmentation.sampled_points, options.ransac.threshold_m, options.min_support));
+      name, 100.0 * min_support, segmentation.sampled_points, options.ransac.threshold_m, min_support));
   const auto* cloud = std::get_if<PointCloud>(&content);
   if (cloud == nullptr) return;
   const CloudScale scale = scale_of(*cloud);

@@ -53,7 +53,8 @@ Scores score(const io::Frame& frame, io::Truth truth, const SegmentOptions& opti
   scores[Quantity::recall] = dominant.recall();
   scores[Quantity::f1] = dominant.f1();
   scores[Quantity::best_f1] = best.detection.f1();
-  if (truth == io::Truth::planes && options.max_planes != 1) {
+  const int max_planes = options.max_planes.value_or(defaults_of(segmentation.method).max_planes);
+  if (truth == io::Truth::planes && max_planes != 1) {
     score_instances(scores, unwrap(eval::instance_metrics(true_labels, segmentation.labels)));
   }
   score_coefficients(scores, frame, segmentation, best.label);

@@ -164,12 +164,22 @@ class DepthPeeler {
   std::optional<DepthData<Raw>> data_;
 };
 
+/// First the planes with most of it; of equals the one with the smaller id.
+void sort_planes(PlaneOrder order, std::vector<PlaneSegment>& planes) {
+  const auto size = [order](const PlaneSegment& p) {
+    return order == PlaneOrder::area ? p.area_m2 : static_cast<double>(p.support);
+  };
+  // std::stable_sort would ask for memory.
+  std::sort(planes.begin(), planes.end(),
+            [&](const PlaneSegment& a, const PlaneSegment& b) { return size(a) != size(b) ? size(a) > size(b) : a.id < b.id; });
+}
+
 /// Finds planes one by one, each in what the ones before left over. Planes are in the input's coordinates, most support first.
 template <class Peeler>
 Status peel_planes(Peeler& peeler, const SegmentOptions& options, Workspace::Impl& work, Segmentation& result) {
   const double threshold = options.ransac.threshold_m;
-  const int max_planes = options.max_planes == 0 ? kMaxPlanes : options.max_planes;
-  const double min_support = std::max(3.0, options.min_support * static_cast<double>(result.sampled_points));
+  const int max_planes = *options.max_planes == 0 ? kMaxPlanes : *options.max_planes;
+  const double min_support = std::max(3.0, *options.min_support * static_cast<double>(result.sampled_points));
   sac::RansacOptions ransac = ransac_options(options);
   for (;;) {
     const sac::PlaneProblem problem(peeler.data(), threshold, options.ransac.scoring, ransac.seed, ransac.round, work.sample);
@@ -199,13 +209,29 @@ Status peel_planes(Peeler& peeler, const SegmentOptions& options, Workspace::Imp
     peeler.remove(plane, threshold);
     ++ransac.round;
   }
-  // std::stable_sort would ask for memory.
-  for (std::size_t i = 0; i < result.planes.size(); ++i) result.planes[i].id = static_cast<int>(i);
-  std::sort(result.planes.begin(), result.planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
-    return a.support != b.support ? a.support > b.support : a.id < b.id;
-  });
+  for (std::size_t i = 0; i < result.planes.size(); ++i) result.planes[i].id = static_cast<int>(i) + kLabelFirst;
+  sort_planes(PlaneOrder::support, result.planes);
   for (std::size_t i = 0; i < result.planes.size(); ++i) result.planes[i].id = static_cast<int>(i) + kLabelFirst;
   return {};
+}
+
+/// Leaves out planes that are too small and brings the others into the order asked for, once areas are known.
+void arrange(const SegmentOptions& options, Segmentation& s) {
+  const std::size_t planes = s.planes.size();
+  std::erase_if(s.planes, [&](const PlaneSegment& plane) { return plane.area_m2 < options.cells.min_area_m2; });
+  sort_planes(*options.order, s.planes);
+  std::array<std::uint8_t, 256> new_label{};
+  new_label.fill(kLabelNoPlane);
+  new_label[kLabelNoDepth] = kLabelNoDepth;
+  bool changed = s.planes.size() < planes;
+  for (std::size_t i = 0; i < s.planes.size(); ++i) {
+    const int id = static_cast<int>(i) + kLabelFirst;
+    changed = changed || s.planes[i].id != id;
+    new_label[static_cast<std::size_t>(s.planes[i].id)] = static_cast<std::uint8_t>(id);
+    s.planes[i].id = id;
+  }
+  if (!changed) return;
+  for (std::uint8_t& label : s.labels) label = new_label[label];
 }
 
 /// What a run does, once options, method and kind of input have been put together.
@@ -223,7 +249,7 @@ constexpr const char* kAfterGrid = "after the voxel grid (leaf-size)";
 struct DepthSource {
   const DepthView& depth;
   const Camera& camera;
-  static constexpr bool kAxesAreKnown = true;
+  static constexpr bool kDepthImage = true;
 
   [[nodiscard]] Status check() const { return fransac::check(depth, camera); }
   [[nodiscard]] int width() const { return depth.width(); }
@@ -278,7 +304,7 @@ struct DepthSource {
 
 struct CloudSource {
   const PointCloud& cloud;
-  static constexpr bool kAxesAreKnown = false;
+  static constexpr bool kDepthImage = false;
 
   [[nodiscard]] Status check() const { return fransac::check(cloud); }
   [[nodiscard]] int width() const { return cloud.organised() ? cloud.width : static_cast<int>(cloud.size()); }
@@ -331,26 +357,45 @@ template <class Source>
 Status run_pipeline(const Source& source, const SegmentOptions& options, Workspace::Impl& work, Segmentation& result) {
   const MethodParts parts = parts_of(options.method);
   const bool limits_chosen = options.pass_through.limits != AxisLimits{};
-  const bool limited = options.pass_through.use.value_or(limits_chosen || (parts.pass_through && Source::kAxesAreKnown));
+  // A cloud's axes mean nothing by themselves.
+  const bool limited = options.pass_through.use.value_or(limits_chosen || (parts.pass_through && Source::kDepthImage));
   const Recipe recipe{options, parts.voxel_grid, limited ? &options.pass_through.limits : nullptr};
   StageClock clock(result.timing);
   if (Status status = source.find(recipe, work, clock, result); !status) return status;
   clock.end(Stage::ransac);
   source.label(recipe, work, result);
+  arrange(options, result);
   clock.end(Stage::labels);
   return {};
+}
+
+/// The method `cells`.
+Status find_cells(const DepthView& /*depth*/, const Camera& /*camera*/, const SegmentOptions& /*options*/,
+                  Segmentation& /*result*/) {
+  return Error{ErrorCode::unsupported, "cells: not for depth images yet"};
+}
+
+Status run_cells(const DepthSource& source, const SegmentOptions& options, Segmentation& result) {
+  return find_cells(source.depth, source.camera, options, result);
+}
+
+Status run_cells(const CloudSource& /*source*/, const SegmentOptions& /*options*/, Segmentation& /*result*/) {
+  return Error{ErrorCode::unsupported, "cells: not for point clouds yet"};
 }
 
 /// Empties the result but keeps its memory.
 void reset(Segmentation& s, Method method, int width, int height) {
   std::vector<std::uint8_t> labels = std::move(s.labels);
+  std::vector<float> residuals = std::move(s.residuals_m);
   std::vector<PlaneSegment> planes = std::move(s.planes);
   s = Segmentation{};
   labels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  residuals.clear();
   planes.clear();
   s.labels = std::move(labels);
+  s.residuals_m = std::move(residuals);
   s.planes = std::move(planes);
-  s.method = method == Method::automatic ? Method::fransac : method;
+  s.method = method;
   s.width = width;
   s.height = height;
 }
@@ -360,8 +405,11 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
                        Segmentation& segmentation) try {
   if (Status status = validate(options); !status) return status;
   if (Status status = source.check(); !status) return status;
-  reset(segmentation, options.method, source.width(), source.height());
-  return run_pipeline(source, options, workspace.impl(), segmentation);
+  const SegmentOptions chosen = resolved(options, Source::kDepthImage);
+  if (Status status = validate(chosen); !status) return status;  // `automatic` may have become one that does not know an option
+  reset(segmentation, chosen.method, source.width(), source.height());
+  if (chosen.method == Method::cells) return run_cells(source, chosen, segmentation);
+  return run_pipeline(source, chosen, workspace.impl(), segmentation);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::out_of_memory,
                "not enough memory for " + std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"};
@@ -370,7 +418,8 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
 template <class Source>
 Status segment_source(const Source& source, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation) {
   Status status = segment_checked(source, options, workspace, segmentation);
-  if (!status) reset(segmentation, options.method, 0, 0);  // no planes of a frame before, no half of this one
+  if (!status)
+    reset(segmentation, resolve(options.method, Source::kDepthImage), 0, 0);  // no planes of a frame before, no half of this one
   return status;
 }
 

@@ -242,12 +242,12 @@ std::string scene_section(const Scene& scene, const std::string& id, bool open) 
   return html + method_table("Methods on " + scene.name, "class=\"of-scene\"", scene.rows) + "</details>\n";
 }
 
-std::string truth_text(const DatasetReport& dataset, const Runs& runs) {
+std::string truth_text(const DatasetReport& dataset) {
   if (!judged(dataset)) return "This dataset has no truth, so there are pictures and times, but no accuracy and no differences.";
   if (dataset.truth == io::Truth::dominant) {
     return "The truth of this dataset is its dominant plane alone: metrics of single planes (F1@0.5 and so on) do not apply.";
   }
-  if (runs.options.max_planes == 1) {
+  if (!present(dataset.means, Quantity::instance_f1_50)) {
     return "The truth holds all planes, but one plane per scene was asked for: metrics of single planes (F1@0.5 and so on) need "
            "--planes all.";
   }
@@ -258,7 +258,7 @@ std::string dataset_section(const DatasetReport& dataset, const Report& report, 
   std::string html = fmt::format("<section class=\"dataset\" id=\"dataset{}\">\n<h2>{}</h2>\n", number, escape(dataset.name));
   html += fmt::format("<p class=\"facts\">{} scene{}{}</p>\n<p>{}</p>\n", dataset.scenes.size(),
                       dataset.scenes.size() == 1 ? "" : "s", dataset.sensor.empty() ? "" : ", sensor: " + escape(dataset.sensor),
-                      escape(truth_text(dataset, report.runs)));
+                      escape(truth_text(dataset)));
   html += method_table("Means over the scenes", "class=\"of-means\"", dataset.means) + plots(dataset);
   html += "<h3>Scene by scene</h3>\n" + scene_tables(dataset, dataset.scenes.size() <= report.open_scenes);
   html += "<h3>Pictures</h3>\n<p class=\"note\">";

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 
 #include "fransac/core/camera.hpp"
 #include "fransac/core/result.hpp"
@@ -26,6 +27,57 @@ struct SensorOptions {
   std::optional<double> linear;              ///< Time of flight: part of sigma_z per metre of distance.
   std::optional<double> bias_m;              ///< Any: by how much a plane may be bent or shifted over the image.
 };
+
+/// What a user can say of a sensor in one number.
+struct SensorParameter {
+  std::string_view name;  ///< In words joined by "-".
+  std::string_view unit;
+  std::string_view help;
+  double min = 0.0;             ///< Smallest valid number.
+  double max = 0.0;             ///< Largest valid number.
+  bool triangulation = false;   ///< Means something to structured light and stereo.
+  bool time_of_flight = false;  ///< Means something to time of flight.
+  bool any = false;             ///< Means something to every kind.
+
+  [[nodiscard]] constexpr bool means_something_to(SensorKind kind) const {
+    const bool triangulates = kind == SensorKind::structured_light || kind == SensorKind::stereo;
+    return any || (triangulation && triangulates) || (time_of_flight && kind == SensorKind::time_of_flight);
+  }
+};
+
+/// Calls visit(parameter, value&) for every number of a sensor; the one list of their names, units and ranges.
+template <class Options, class Visitor>
+void for_each_parameter(Options& o, Visitor&& visit) {
+  visit(SensorParameter{.name = "baseline",
+                        .unit = "m",
+                        .help = "between projector and camera, or between two cameras",
+                        .min = 0.001,
+                        .max = 10.0,
+                        .triangulation = true},
+        o.baseline_m);
+  visit(
+      SensorParameter{
+          .name = "disparity-error", .unit = "px", .help = "one sigma of the disparity", .max = 10.0, .triangulation = true},
+      o.disparity_error_px);
+  visit(SensorParameter{.name = "constant",
+                        .unit = "m",
+                        .help = "part of one sigma of the depth at any distance",
+                        .max = 1.0,
+                        .time_of_flight = true},
+        o.constant_m);
+  visit(SensorParameter{.name = "linear",
+                        .unit = "m per m",
+                        .help = "part of one sigma of the depth per metre of distance",
+                        .max = 1.0,
+                        .time_of_flight = true},
+        o.linear);
+  visit(
+      SensorParameter{.name = "bias", .unit = "m", .help = "by how much planes may be bent or shifted", .max = 1.0, .any = true},
+      o.bias_m);
+}
+
+/// Checks every range, and that no number is given that means nothing to the kind. The message names the parameter.
+Status validate(const SensorOptions& options);
 
 /// One standard deviation of a depth z: sigma_z(z)^2 = constant^2 + (linear z)^2 + (quadratic z^2)^2.
 struct DepthNoise {
