@@ -225,7 +225,7 @@ nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input
   json["sampled_points"] = segmentation.sampled_points;
   json["rejected"] = segmentation.rejected;
   json["degenerate_samples"] = segmentation.degenerate;
-  json["options"] = options_to_json(command.options);
+  json["options"] = options_to_json(with_defaults(command.options, segmentation.method));
   json["fransac_version"] = kVersion;
   return json;
 }
@@ -265,7 +265,7 @@ CloudScale scale_of(const PointCloud& cloud) {
 /// Why there may be no plane and what to try.
 void explain_no_planes(const std::string& name, const Content& content, const SegmentOptions& options,
                        const Segmentation& segmentation) {
-  const double min_support = options.min_support.value_or(defaults_of(segmentation.method).min_support);
+  const double min_support = *with_defaults(options, segmentation.method).min_support;
   log(fmt::format(
       "{}: no plane has the minimum support of {:g} % of the {} sampled points; try a larger --threshold (now {:g} m) or a "
       "smaller --min-support (now {:g})",

@@ -53,8 +53,7 @@ Scores score(const io::Frame& frame, io::Truth truth, const SegmentOptions& opti
   scores[Quantity::recall] = dominant.recall();
   scores[Quantity::f1] = dominant.f1();
   scores[Quantity::best_f1] = best.detection.f1();
-  const int max_planes = options.max_planes.value_or(defaults_of(segmentation.method).max_planes);
-  if (truth == io::Truth::planes && max_planes != 1) {
+  if (truth == io::Truth::planes && with_defaults(options, segmentation.method).max_planes != 1) {
     score_instances(scores, unwrap(eval::instance_metrics(true_labels, segmentation.labels)));
   }
   score_coefficients(scores, frame, segmentation, best.label);

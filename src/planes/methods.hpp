@@ -19,16 +19,6 @@ constexpr Method resolve(Method method, [[maybe_unused]] bool depth_image) {
   return method == Method::automatic ? Method::fransac : method;
 }
 
-/// With everything filled in that the options leave to the method and that does not depend on the input's kind.
-inline SegmentOptions resolved(SegmentOptions options, bool depth_image) {
-  options.method = resolve(options.method, depth_image);
-  const MethodDefaults defaults = defaults_of(options.method);
-  options.max_planes = options.max_planes.value_or(defaults.max_planes);
-  options.min_support = options.min_support.value_or(defaults.min_support);
-  options.order = options.order.value_or(defaults.order);
-  return options;
-}
-
 constexpr MethodParts parts_of(Method method) {
   switch (method) {
     case Method::automatic:

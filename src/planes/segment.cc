@@ -405,7 +405,9 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
                        Segmentation& segmentation) try {
   if (Status status = validate(options); !status) return status;
   if (Status status = source.check(); !status) return status;
-  const SegmentOptions chosen = resolved(options, Source::kDepthImage);
+  const Method method = resolve(options.method, Source::kDepthImage);
+  SegmentOptions chosen = with_defaults(options, method);
+  chosen.method = method;
   if (Status status = validate(chosen); !status) return status;  // `automatic` may have become one that does not know an option
   reset(segmentation, chosen.method, source.width(), source.height());
   if (chosen.method == Method::cells) return run_cells(source, chosen, segmentation);
@@ -418,8 +420,8 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
 template <class Source>
 Status segment_source(const Source& source, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation) {
   Status status = segment_checked(source, options, workspace, segmentation);
-  if (!status)
-    reset(segmentation, resolve(options.method, Source::kDepthImage), 0, 0);  // no planes of a frame before, no half of this one
+  // No planes of a frame before, no half of this one.
+  if (!status) reset(segmentation, resolve(options.method, Source::kDepthImage), 0, 0);
   return status;
 }
 

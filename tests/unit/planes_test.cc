@@ -224,6 +224,47 @@ TEST(Segment, PixelsGoToTheNearestPlane) {
   }
 }
 
+TEST(Segment, AreaOrderPutsTheLargerPlaneFirst) {
+  // A wall 4 m away on the right has fewer pixels than one at 1 m on the left, but more square metres.
+  FloatImage image(testing::small_camera());
+  image.draw(*make_plane({0, 0, -1}, 1.0), 0, 50);
+  image.draw(*make_plane({0, 0, -1}, 4.0), 50, 80);
+  SegmentOptions options = options_for(Method::ransac);
+  options.max_planes = 0;
+  const Segmentation by_support = segmented(image, options);
+  options.order = PlaneOrder::area;
+  const Segmentation by_area = segmented(image, options);
+  ASSERT_EQ(by_support.planes.size(), 2U);
+  ASSERT_EQ(by_area.planes.size(), 2U);
+  EXPECT_NEAR(by_support.planes[0].plane.d, 1.0, 1e-6);
+  EXPECT_NEAR(by_area.planes[0].plane.d, 4.0, 1e-6);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(by_area.planes[i].id, static_cast<int>(i) + 1);
+    EXPECT_EQ(by_area.planes[i].inliers, by_support.planes[1 - i].inliers);
+    EXPECT_EQ(count(by_area, by_area.planes[i].id), by_area.planes[i].inliers);
+  }
+  options.order = PlaneOrder::support;
+  testing::expect_same(segmented(image, options), by_support);
+}
+
+TEST(Segment, SmallAreasAreLeftOut) {
+  FloatImage image(testing::small_camera());
+  image.draw(*make_plane({0, 0, -1}, 1.0), 0, 50);
+  image.draw(*make_plane({0, 0, -1}, 4.0), 50, 80);
+  const double near_m2 = 50 * 60 / (70.0 * 72.0);
+  for (const bool cloud : {false, true}) {
+    SegmentOptions options = options_for(Method::ransac);
+    options.max_planes = 0;
+    options.cells.min_area_m2 = 1.2 * near_m2;
+    const Segmentation s = cloud ? segmented(deproject(image.view(), image.camera).value(), options) : segmented(image, options);
+    ASSERT_EQ(s.planes.size(), 1U);
+    EXPECT_NEAR(s.planes[0].plane.d, 4.0, 1e-6);
+    EXPECT_EQ(s.planes[0].id, 1);
+    EXPECT_EQ(count(s, 1), 30U * 60U);
+    EXPECT_EQ(count(s, kLabelNoPlane), cloud ? s.labels.size() - 1800U : 50U * 60U);
+  }
+}
+
 // ---- labels ----
 
 TEST(Segment, LabelsFromLeavesAreTheLeafsLabel) {
@@ -545,6 +586,19 @@ TEST(SegmentErrors, AbsurdOptionsAreNamed) {
       {"min-support", [](SegmentOptions& o) { o.min_support = -0.1; }},
       {"min-support", [](SegmentOptions& o) { o.min_support = 1.1; }},
       {"min-support", [](SegmentOptions& o) { o.min_support = kNaN; }},
+      {"order", [](SegmentOptions& o) { o.order = static_cast<PlaneOrder>(2); }},
+      {"min-area", [](SegmentOptions& o) { o.cells.min_area_m2 = -1.0; }},
+      {"min-area", [](SegmentOptions& o) { o.cells.min_area_m2 = kInf; }},
+      {"sensor", [](SegmentOptions& o) { o.sensor.kind = static_cast<SensorKind>(9); }},
+      {"sensor-param bias", [](SegmentOptions& o) { o.sensor.bias_m = -0.01; }},
+      {"sensor-param baseline", [](SegmentOptions& o) { o.sensor = {.kind = SensorKind::stereo, .baseline_m = kNaN}; }},
+      {"sensor-param linear", [](SegmentOptions& o) { o.sensor = {.kind = SensorKind::stereo, .linear = 0.01}; }},
+      {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d::Zero(); }},
+      {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d(0, kNaN, 1); }},
+      {"perpendicular-to", [](SegmentOptions& o) { o.cells.perpendicular_to = Vector3d(kInf, 0, 0); }},
+      {"up", [](SegmentOptions& o) { o.cells.up = Vector3d::Zero(); }},
+      {"prior-angle", [](SegmentOptions& o) { o.cells.prior_angle_deg = 0.0; }},
+      {"prior-angle", [](SegmentOptions& o) { o.cells.prior_angle_deg = 91.0; }},
       {"labels-from", [](SegmentOptions& o) { o.labels_from = static_cast<LabelsFrom>(7); }},
       {"threads", [](SegmentOptions& o) { o.threads = -1; }},
       {"threads", [](SegmentOptions& o) { o.threads = 1000000; }},
@@ -574,6 +628,47 @@ TEST(SegmentErrors, AbsurdOptionsAreNamed) {
     EXPECT_EQ(result.error().code, ErrorCode::invalid_argument);
     EXPECT_THAT(result.error().message, HasSubstr(bad.what));
   }
+}
+
+TEST(SegmentErrors, WhatOnlyCellsKnowsIsRefusedByTheOtherMethods) {
+  const TwoPlanes scene;
+  const BadCase cases[] = {
+      {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d::UnitX(); }},
+      {"perpendicular-to", [](SegmentOptions& o) { o.cells.perpendicular_to = Vector3d::UnitX(); }},
+      {"residuals", [](SegmentOptions& o) { o.cells.residuals = true; }},
+      {"up", [](SegmentOptions& o) { o.cells.up = -Vector3d::UnitY(); }},
+  };
+  for (const BadCase& asked : cases) {
+    for (const Method method : kMethods) {
+      SegmentOptions options = options_for(method);
+      asked.spoil(options);
+      const auto result = segment(scene.image.view(), scene.image.camera, options);
+      ASSERT_FALSE(result) << asked.what;
+      EXPECT_EQ(result.error().code, ErrorCode::invalid_argument);
+      EXPECT_THAT(result.error().message, HasSubstr(asked.what));
+      EXPECT_THAT(result.error().message, HasSubstr(std::string(enum_name(method))));
+    }
+    SegmentOptions options = options_for(Method::cells);
+    asked.spoil(options);
+    EXPECT_TRUE(validate(options)) << asked.what;
+  }
+}
+
+TEST(SegmentOptions, WhatTheMethodDecides) {
+  for (const Method method : kMethods) {
+    const SegmentOptions options = with_defaults({}, method);
+    EXPECT_EQ(options.max_planes, 1);
+    EXPECT_EQ(options.min_support, 0.02);
+    EXPECT_EQ(options.order, PlaneOrder::support);
+  }
+  const SegmentOptions cells = with_defaults({}, Method::cells);
+  EXPECT_EQ(cells.max_planes, 0);
+  EXPECT_EQ(cells.min_support, 0.002);
+  EXPECT_EQ(cells.order, PlaneOrder::area);
+  const SegmentOptions chosen{.max_planes = 5, .min_support = 0.5, .order = PlaneOrder::area};
+  EXPECT_EQ(with_defaults(chosen, Method::ransac).max_planes, 5);
+  EXPECT_EQ(with_defaults(chosen, Method::ransac).min_support, 0.5);
+  EXPECT_EQ(with_defaults(chosen, Method::ransac).order, PlaneOrder::area);
 }
 
 TEST(SegmentErrors, EveryOptionIsListedOnceAndItsDefaultIsValid) {

@@ -97,8 +97,8 @@ struct SensorModel {
   bool operator==(const SensorModel&) const = default;
 };
 
-/// The model of a sensor behind `camera`, whose raw unit is `metres_per_unit` (its rounding counts as noise). invalid_argument
-/// where a number is out of range or means nothing to this kind; the message names it.
+/// The model of a sensor behind `camera`, whose raw unit is `metres_per_unit` (its rounding counts as noise; 0 to 1, 0 for depth
+/// in floats). invalid_argument where a number is out of range or means nothing to this kind; the message names it.
 Result<SensorModel> sensor_model(const SensorOptions& options, const Camera& camera, double metres_per_unit);
 
 }  // namespace fransac

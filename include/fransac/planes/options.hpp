@@ -89,7 +89,7 @@ struct SegmentOptions {
   CellsOptions cells;
 };
 
-/// What SegmentOptions leaves to the method.
+/// What SegmentOptions leaves to the method; the parts that a method consists of decide the rest (planes/methods.hpp).
 struct MethodDefaults {
   int max_planes;
   double min_support;
@@ -102,6 +102,15 @@ constexpr MethodDefaults defaults_of(Method method) {
   constexpr double kPaperMinSupport = 0.02;
   if (method == Method::cells) return {.max_planes = 0, .min_support = kCellsMinSupport, .order = PlaneOrder::area};
   return {.max_planes = 1, .min_support = kPaperMinSupport, .order = PlaneOrder::support};
+}
+
+/// The same with everything set that `method` decides by itself.
+inline SegmentOptions with_defaults(SegmentOptions options, Method method) {
+  const MethodDefaults defaults = defaults_of(method);
+  options.max_planes = options.max_planes.value_or(defaults.max_planes);
+  options.min_support = options.min_support.value_or(defaults.min_support);
+  options.order = options.order.value_or(defaults.order);
+  return options;
 }
 
 /// What a front end needs to know of one option. `Value` is double, int, std::uint64_t, bool, an enum, or a

@@ -99,7 +99,8 @@ Status segment(const DepthView& depth, const Camera& camera, const SegmentOption
                Segmentation& segmentation);
 
 /// Finds planes in a point cloud, organised or not. Points that are no measurements (not finite, or exactly (0, 0, 0); see
-/// PointCloud::measured) get label 0.
+/// PointCloud::measured) get label 0. `cells` needs an organised cloud that a pinhole camera took (filter/organised.hpp) and
+/// works on its depth image; for other clouds it is an error (unsupported), and `automatic` takes `fransac`.
 Result<Segmentation> segment(const PointCloud& cloud, const SegmentOptions& options = {});
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation);
 
