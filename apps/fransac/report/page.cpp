@@ -305,10 +305,9 @@ std::string introduction(const Report& report) {
                                  methods, methods == 1 ? "" : "s", scenes, scenes == 1 ? "" : "s");
   html +=
       "<p>Precision, recall and F1 compare each method's first plane with the scene's dominant plane (equations 3 to 5 of "
-      "Zeineldin "
-      "and El-Fishawy, <i>FRANSAC: Fast RANdOm Sample Consensus for 3D Plane Segmentation</i>, 2017); best F1 takes the plane "
-      "that "
-      "overlaps it most. Times are from the depth frame in memory to labels in memory.</p>\n";
+      "Zeineldin and El-Fishawy, <i>FRANSAC: Fast RANdOm Sample Consensus for 3D Plane Segmentation</i>, 2017); best F1 takes "
+      "the plane that overlaps it most, matched the true plane that the first one fits best. Times are from the depth frame in "
+      "memory to labels in memory.</p>\n";
   html += fmt::format("<p class=\"facts\">{}, threads {}; median of {} run{} per frame.</p>\n", escape(to_text(report.machine)),
                       report.runs.options.threads, report.runs.repeat, report.runs.repeat == 1 ? "" : "s");
   return html + contents(report) + "</header>\n";
