@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "errors.hpp"
+#include "fransac/core/labels.hpp"
 #include "fransac/eval/metrics.hpp"
 #include "inputs.hpp"
 #include "progress.hpp"
@@ -52,10 +53,13 @@ eval::Detection matched_of(const std::vector<std::uint8_t>& true_labels, const s
 
 Scores score(const io::Frame& frame, io::Truth truth, const SegmentOptions& options, const Segmentation& segmentation) {
   const auto& true_labels = frame.labels->pixels;
+  Scores scores;
+  // Against no plane at all nothing can be scored but the number of planes found.
+  const auto is_plane = [](std::uint8_t label) { return label != kLabelNoDepth && label != kLabelNoPlane; };
+  if (std::none_of(true_labels.begin(), true_labels.end(), is_plane)) return scores;
   const auto dominant = unwrap(eval::dominant_plane(true_labels, segmentation.labels));
   const auto best = unwrap(eval::best_overlap(true_labels, segmentation.labels));
   const auto matched = matched_of(true_labels, segmentation.labels, truth, dominant);
-  Scores scores;
   scores[Quantity::precision] = dominant.precision();
   scores[Quantity::recall] = dominant.recall();
   scores[Quantity::f1] = dominant.f1();
