@@ -107,8 +107,8 @@ class Page(unittest.TestCase):
 
     def test_mean_table_holds_what_evaluate_gives(self):
         heads, rows = cells(with_class(self.page(), "of-means")[0])
-        keys = {"precision": "precision", "recall": "recall", "F1": "f1", "best F1": "best_f1", "angle [deg]": "angle_deg",
-                "offset [m]": "offset_m", "planes": "planes", "median [ms]": "median_ms", "fps": "fps"}
+        keys = {"precision": "precision", "recall": "recall", "F1": "f1", "best F1": "best_f1", "matched": "matched_f1",
+                "angle [deg]": "angle_deg", "offset [m]": "offset_m", "planes": "planes", "median [ms]": "median_ms", "fps": "fps"}
         self.assertEqual(heads[1:], list(keys))
         for shown, row in zip(rows, self.evaluate()["mean"], strict=True):
             self.assertEqual(shown[0], row["method"])
