@@ -14,24 +14,27 @@ struct PlaneSegment;
 
 enum class PlaneKind {
   unknown,     ///< No up direction is known.
-  floor,       ///< The lowest horizontal plane below the camera that faces up.
-  ceiling,     ///< Horizontal, above the camera, facing down, and the highest.
+  floor,       ///< The lowest level plane below the camera, with what else is at its level, unless something is seen lower.
+  ceiling,     ///< The same upside down: the highest level plane above the camera.
   wall,        ///< Vertical.
-  horizontal,  ///< A table top, a step, a shelf.
+  horizontal,  ///< Another level plane: a table top, a step, a shelf.
   other,       ///< Inclined.
 };
 
 enum class UpSource {
   none,       ///< Unknown.
   given,      ///< By the user or an IMU.
-  estimated,  ///< From the largest horizontal support that is consistent with the camera.
+  estimated,  ///< From the planes.
 };
 
-/// The up direction that the planes suggest: the normal of the plane with the most square metres that can be a floor, a table or
-/// a ceiling to a camera that is held more or less level. Nothing when no plane can.
+/// The up direction that the planes suggest, a unit vector in their coordinates, which must be a camera's (x right, y down,
+/// z forward): the direction that makes most square metres level or vertical, for a camera that is held more or less level
+/// (up to some 20 degrees to the side, between 40 up and 70 down). Nothing when that leaves a doubt: no plane, walls of one
+/// direction only, a plane that could as well be the floor as a wall.
 std::optional<Eigen::Vector3d> estimate_up(std::span<const PlaneSegment> planes);
 
-/// Fills `kind` of every plane. `up` is a unit vector in the planes' coordinates.
+/// Fills `kind` of every plane. `up` is a unit vector in the planes' coordinates, whose origin is the camera. Level and
+/// vertical mean: to within 10 degrees.
 void classify(const Eigen::Vector3d& up, std::span<PlaneSegment> planes);
 
 }  // namespace fransac

@@ -21,6 +21,15 @@
 
 namespace fransac {
 
+template <>
+struct EnumNames<PlaneKind> {
+  static constexpr std::string_view values[] = {"unknown", "floor", "ceiling", "wall", "horizontal", "other"};
+};
+template <>
+struct EnumNames<UpSource> {
+  static constexpr std::string_view values[] = {"none", "given", "estimated"};
+};
+
 struct PlaneSegment {
   int id = 0;                    ///< Its label, from 1.
   Plane plane;                   ///< In the input's coordinates (depth images: the camera's optical frame), metres.
