@@ -73,7 +73,8 @@ TEST(Orientation, FloorsOfRealRooms) {
     ASSERT_TRUE(up.has_value());
     // The first label is the floor; its coefficients were found by other means.
     for (const auto& [label, plane] : frame.true_planes) {
-      if (label == 1) EXPECT_LT(degrees_between(*up, plane.normal), 5.0);
+      if (label != 1) continue;
+      EXPECT_LT(degrees_between(*up, plane.normal), 5.0);
     }
     classify(*up, planes);
     EXPECT_EQ(planes[0].kind, PlaneKind::floor);

@@ -144,7 +144,7 @@ TEST(Outline, NothingOfWhatIsNotThere) {
 TEST(Outline, StairsOfADiagonalBecomeALine) {
   std::vector<std::string> rows(20, std::string(20, '.'));
   for (std::size_t v = 0; v < 20; ++v) rows[v].replace(0, v + 1, std::string(v + 1, '1'));
-  EXPECT_THAT(of_first(rows)[0].outer.pixels, SizeIs(40));
+  EXPECT_THAT(of_first(rows)[0].outer.pixels, SizeIs(42));
   const std::vector<Outline> simple = of_first(rows, {1.0, 1});
   ASSERT_THAT(simple, SizeIs(1));
   EXPECT_THAT(simple[0].outer.pixels, SizeIs(::testing::Le(4U)));
