@@ -187,14 +187,18 @@ TEST(Outline, BeyondTheHorizonCornersGetADepthBeforeIt) {
   const Camera camera = testing::small_camera();
   s.planes[0].plane = *make_plane({0.0, -1.0, 0.0}, 1.5);  // the horizon crosses the image at cy
   const double deepest = 1.5 * camera.fy;
-  for (const Eigen::Vector3d& p : outlines(s, camera, 1)[0].outer.points) {
+  const std::vector<Outline> parts = outlines(s, camera, 1);
+  ASSERT_THAT(parts, SizeIs(1));
+  ASSERT_THAT(parts[0].outer.points, SizeIs(4));
+  for (const Eigen::Vector3d& p : parts[0].outer.points) {
     EXPECT_GT(p.z(), 0.0);
     EXPECT_LE(p.z(), deepest * (1.0 + 1e-12));
   }
   // Through the camera, behind it, far away: finite all the same.
   for (const Plane& plane : {Plane{{0.0, -1.0, 0.0}, 0.0}, Plane{{0.0, 0.0, 1.0}, 2.0}, Plane{{0.0, 0.0, -1.0}, 1e300}}) {
     s.planes[0].plane = plane;
-    for (const Eigen::Vector3d& p : outlines(s, camera, 1)[0].outer.points) {
+    const std::vector<Outline> hostile = outlines(s, camera, 1);
+    for (const Eigen::Vector3d& p : hostile[0].outer.points) {
       EXPECT_TRUE(p.allFinite());
       EXPECT_GE(p.z(), 0.0);
       EXPECT_LE(p.z(), static_cast<double>(kMaxDepth_m));
