@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planes/cells/grid.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "fransac/core/parallel.hpp"
+#include "planes/cells/constants.hpp"
+#include "planes/cells/image_rows.hpp"
+
+namespace fransac::cells {
+namespace {
+
+constexpr const Constants& kC = kConstants;
+using kernels::kCell;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+void resize(int width, int height, Grid& grid) {
+  grid.width = width;
+  grid.height = height;
+  grid.columns = (width + kCell - 1) / kCell;
+  grid.rows = (height + kCell - 1) / kCell;
+  grid.stride = grid.columns + 2;
+  const std::size_t size = at(grid.stride) * at(grid.rows + 2);
+  for (auto* values : {&grid.n, &grid.u, &grid.v, &grid.q, &grid.uu, &grid.uv, &grid.vv, &grid.du, &grid.dv, &grid.residual,
+                       &grid.shape, &grid.slack}) {
+    values->resize(size);
+  }
+  grid.usable.resize(size);
+  grid.links.resize(size);
+}
+
+/// Makes the cells around the image ones without measurements.
+void clear_border(Grid& grid) {
+  const auto clear = [&](int i) {
+    for (auto* values : {&grid.n, &grid.u, &grid.v, &grid.q, &grid.uu, &grid.uv, &grid.vv, &grid.du, &grid.dv}) (*values)[at(i)] = 0.0F;
+    grid.residual[at(i)] = kernels::kNoFit;
+  };
+  for (int c = 0; c < grid.stride; ++c) {
+    clear(c);
+    clear((grid.rows + 1) * grid.stride + c);
+  }
+  for (int r = 1; r <= grid.rows; ++r) {
+    clear(r * grid.stride);
+    clear(r * grid.stride + grid.columns + 1);
+  }
+}
+
+template <class Raw>
+void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Grid& grid) {
+  const int first = grid.index(row, 0);
+  const auto from = [&](AlignedVector<float>& values) { return values.data() + first; };
+  const kernels::CellMoments out{from(grid.n),  from(grid.u),  from(grid.v),  from(grid.q),  from(grid.uu),
+                                 from(grid.uv), from(grid.vv), from(grid.du), from(grid.dv), from(grid.residual)};
+  const auto cells = static_cast<std::size_t>(grid.columns);
+  kernels::cell_kernels<Raw>().moments(image.cells(row), cells, metres_per_unit,
+                                       static_cast<float>(kC.least_measured), out);
+  // From the cell's centre to the image's.
+  const float half = 0.5F * (kCell - 1);
+  const float base_v = static_cast<float>(row * kCell) + half - 0.5F * static_cast<float>(grid.height);
+  const float base_u = half - 0.5F * static_cast<float>(grid.width);
+  for (std::size_t c = 0; c < cells; ++c) {
+    out.u[c] += base_u + static_cast<float>(c) * kCell;
+    out.v[c] += base_v;
+  }
+}
+
+/// The value below which a share of the sample lies; 0 without a sample. Reorders it.
+float quantile(AlignedVector<float>& sample, double share) {
+  if (sample.empty()) return 0.0F;
+  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(sample.size() - 1));
+  std::nth_element(sample.begin(), sample.begin() + k, sample.end());
+  return sample[at(static_cast<int>(k))];
+}
+
+/// Cells that a sample is taken from: some thousand, all over the image, so that a quantile is known to a few per cent.
+class Sampled {
+ public:
+  explicit Sampled(const Grid& grid) : grid_(grid), stride_(1) {
+    constexpr int kEnough = 1200;
+    while (grid.columns * grid.rows / (stride_ * stride_) > 2 * kEnough) ++stride_;
+  }
+  template <class Visitor>
+  void for_each(Visitor visit) const {
+    for (int r = 0; r < grid_.rows; r += stride_) {
+      // Shifted from row to row, so that rows and columns of the scene are not seen in step.
+      for (int c = (r / stride_) % stride_; c < grid_.columns; c += stride_) visit(grid_.index(r, c));
+    }
+  }
+
+ private:
+  const Grid& grid_;
+  int stride_;
+};
+
+constexpr float kFull = kCell * kCell - kCell / 2;  // a few pixels may be missing
+
+/// One sigma of `values` against the mean of a cell's two neighbours, from its 30 % quantile; a plane has none.
+double second_difference(const Grid& grid, const AlignedVector<float>& values, AlignedVector<float>& sample) {
+  sample.clear();
+  Sampled(grid).for_each([&](int i) {
+    for (const int step : {1, grid.stride}) {
+      if (grid.n[at(i)] < kFull || grid.n[at(i - step)] < kFull || grid.n[at(i + step)] < kFull) continue;
+      sample.push_back(std::abs(values[at(i)] - 0.5F * (values[at(i - step)] + values[at(i + step)])) / grid.shape[at(i)]);
+    }
+  });
+  // |x| of a normal x with sigma 1 is below 0.3853 in 30 % of all cases; the difference of three values has variance 1.5.
+  constexpr double kToSigma = 1.0 / (0.3853 * 1.2247);
+  return kToSigma * static_cast<double>(quantile(sample, kC.noise_quantile));
+}
+
+/// Sets the shape of the noise over depth that the sensor is known for.
+void set_shape(const SensorModel& sensor, Grid& grid) {
+  if (sensor.kind == SensorKind::automatic) {
+    std::fill(grid.shape.begin(), grid.shape.end(), 1.0F);
+    return;
+  }
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    const auto q = static_cast<double>(grid.q[i]);
+    grid.shape[i] = q > 0.0 ? static_cast<float>(sensor.noise.sigma_m(1.0 / q) * q * q) : 1.0F;
+  }
+}
+
+constexpr double kKinectSigma = 1.425e-3;  // per metre, Khoshelham & Elberink 2012
+
+/// The noise of an unknown sensor is whatever the frame shows, within what depth cameras do; of a known one it is near the model's.
+Noise estimate_noise(const SensorModel& sensor, GridBuffers& buffers, const Grid& grid) {
+  AlignedVector<float>& sample = buffers.sample;
+  sample.clear();
+  Sampled(grid).for_each([&](int i) {
+    if (grid.n[at(i)] >= kFull) sample.push_back(std::sqrt(grid.residual[at(i)]) / grid.shape[at(i)]);
+  });
+  const bool known = sensor.kind != SensorKind::automatic;
+  const double unit = known ? 1.0 : kKinectSigma;
+  Noise noise;
+  noise.pixel = std::clamp(kC.noise_gain * static_cast<double>(quantile(sample, kC.noise_quantile)), known ? 0.25 : 1e-3 * unit,
+                           (known ? 2.0 : 4.0) * unit);
+  const double mean = second_difference(grid, grid.q, sample);
+  const double slope = static_cast<double>(Grid::kHalfCell) *
+                       std::max(second_difference(grid, grid.du, sample), second_difference(grid, grid.dv, sample));
+  // Independent errors of 64 pixels leave an eighth.
+  noise.cell = std::clamp(std::max(mean, slope), noise.pixel / 8.0, 3.0 * unit);
+  noise.slow = kC.slow_noise * noise.cell;
+  noise.bias_scale = known ? sensor.bias_m / kC.bias_m : std::clamp(noise.cell / kKinectSigma, kC.least_bias_scale, 1.0);
+  return noise;
+}
+
+/// Multiplies the shape by how much noisier than the frame the flattest cell nearby is.
+void add_local_noise(GridBuffers& buffers, Grid& grid) {
+  AlignedVector<float>& least = buffers.least_residual;
+  least.resize(grid.size());
+  const auto stride = at(grid.stride);
+  const float* const r = grid.residual.data();
+  for (std::size_t i = stride; i < grid.size() - stride; ++i) least[i] = std::min(std::min(r[i - stride], r[i]), r[i + stride]);
+  const auto scale = static_cast<float>(kC.noise_gain / grid.noise.pixel);
+  const auto most = static_cast<float>(kC.local_noise);
+  for (std::size_t i = stride + 1; i < grid.size() - stride - 1; ++i) {
+    const float least_near = std::min(std::min(least[i - 1], least[i]), least[i + 1]);
+    grid.shape[i] *= std::clamp(scale * std::sqrt(least_near) / grid.shape[i], 1.0F, most);
+  }
+}
+
+void find_usable(Grid& grid) {
+  const double length = std::hypot(kC.usable_m * grid.noise.bias_scale, kC.flat_in_cell_m);
+  const double slack = std::hypot(kC.bias_m * grid.noise.bias_scale, kC.flat_m);
+  const auto pixel = static_cast<float>(grid.noise.pixel);
+  const auto most = static_cast<float>(kC.most_sigma_m);
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    const int cell = static_cast<int>(i);
+    grid.slack[i] = grid.tolerance(cell, kC.grow_k * grid.noise.cell, slack);
+    const bool flat = grid.residual[i] <= grid.tolerance(cell, kC.usable_k * grid.noise.pixel, length);
+    grid.usable[i] = grid.n[i] > 0.0F && flat && pixel * grid.shape[i] <= most * grid.q[i] * grid.q[i] ? 1 : 0;
+  }
+}
+
+/// Whether two usable neighbours lie on one smooth surface.
+class LinkTest {
+ public:
+  explicit LinkTest(const Grid& grid)
+      : grid_(grid),
+        jump_k_(kC.jump_k * grid.noise.cell),
+        jump_m_(kC.jump_m * grid.noise.bias_scale),
+        bend_k_(kC.bend_k * grid.noise.cell),
+        bend_m_(kC.bend_m * grid.noise.bias_scale) {}
+
+  [[nodiscard]] bool operator()(int i, int j) const {
+    const Grid& g = grid_;
+    const std::size_t a = at(i);
+    const std::size_t b = at(j);
+    const float jump = g.q[b] - g.q[a] - 0.5F * ((g.du[a] + g.du[b]) * (g.u[b] - g.u[a]) + (g.dv[a] + g.dv[b]) * (g.v[b] - g.v[a]));
+    const float x = Grid::kHalfCell * (g.du[b] - g.du[a]);
+    const float y = Grid::kHalfCell * (g.dv[b] - g.dv[a]);
+    const float shape = std::max(g.shape[a], g.shape[b]);
+    const float q = 0.5F * (g.q[a] + g.q[b]);
+    return jump * jump <= squared(jump_k_, jump_m_, shape, q) && x * x + y * y <= squared(bend_k_, bend_m_, shape, q);
+  }
+
+ private:
+  static float squared(double k, double length, float shape, float q) {
+    const float noise = static_cast<float>(k) * shape;
+    const float bias = static_cast<float>(length) * q * q;
+    return noise * noise + bias * bias;
+  }
+  const Grid& grid_;
+  double jump_k_, jump_m_, bend_k_, bend_m_;
+};
+
+void find_links(Grid& grid) {
+  std::fill(grid.links.begin(), grid.links.end(), std::uint8_t{0});
+  const LinkTest linked(grid);
+  for (int r = 0; r < grid.rows; ++r) {
+    for (int c = 0; c < grid.columns; ++c) {
+      const int i = grid.index(r, c);
+      if (grid.usable[at(i)] == 0) continue;
+      if (const int j = i + 1; grid.usable[at(j)] != 0 && linked(i, j)) {
+        grid.links[at(i)] |= Grid::kRight;
+        grid.links[at(j)] |= Grid::kLeft;
+      }
+      if (const int j = i + grid.stride; grid.usable[at(j)] != 0 && linked(i, j)) {
+        grid.links[at(i)] |= Grid::kDown;
+        grid.links[at(j)] |= Grid::kUp;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Moments& Moments::operator+=(const Moments& other) {
+  n += other.n;
+  u += other.u;
+  v += other.v;
+  q += other.q;
+  uu += other.uu;
+  uv += other.uv;
+  vv += other.vv;
+  uq += other.uq;
+  vq += other.vq;
+  qq += other.qq;
+  return *this;
+}
+
+std::optional<PlaneFit> fit(const Moments& m) {
+  if (!(m.n > 0.0)) return std::nullopt;
+  PlaneFit f;
+  f.u = m.u / m.n;
+  f.v = m.v / m.n;
+  f.q = m.q / m.n;
+  f.uu = m.uu / m.n - f.u * f.u;
+  f.uv = m.uv / m.n - f.u * f.v;
+  f.vv = m.vv / m.n - f.v * f.v;
+  const double uq = m.uq / m.n - f.u * f.q;
+  const double vq = m.vq / m.n - f.v * f.q;
+  const double qq = m.qq / m.n - f.q * f.q;
+  const double det = f.uu * f.vv - f.uv * f.uv;
+  if (!(det > 1e-3 * f.uu * f.vv)) return std::nullopt;
+  f.plane.du = (f.vv * uq - f.uv * vq) / det;
+  f.plane.dv = (f.uu * vq - f.uv * uq) / det;
+  f.plane.base = f.q - f.plane.du * f.u - f.plane.dv * f.v;
+  f.mean_squared_residual = std::max(0.0, qq - f.plane.du * uq - f.plane.dv * vq);
+  return f;
+}
+
+Moments Grid::moments(int cell) const {
+  const auto i = static_cast<std::size_t>(cell);
+  const auto get = [i](const AlignedVector<float>& values) { return static_cast<double>(values[i]); };
+  const double count = get(n);
+  const double mean_u = get(u);
+  const double mean_v = get(v);
+  const double mean_q = get(q);
+  const double spread_uu = get(uu);
+  const double spread_uv = get(uv);
+  const double spread_vv = get(vv);
+  const double uq_about = get(du) * spread_uu + get(dv) * spread_uv;
+  const double vq_about = get(du) * spread_uv + get(dv) * spread_vv;
+  const double qq_about = get(residual) + get(du) * uq_about + get(dv) * vq_about;
+  return {.n = count,
+          .u = count * mean_u,
+          .v = count * mean_v,
+          .q = count * mean_q,
+          .uu = count * (spread_uu + mean_u * mean_u),
+          .uv = count * (spread_uv + mean_u * mean_v),
+          .vv = count * (spread_vv + mean_v * mean_v),
+          .uq = count * (uq_about + mean_u * mean_q),
+          .vq = count * (vq_about + mean_v * mean_q),
+          .qq = count * (qq_about + mean_q * mean_q)};
+}
+
+template <class Raw>
+void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const SensorModel& sensor, int threads, GridBuffers& buffers,
+                   Grid& grid) {
+  resize(view.width(), view.height(), grid);
+  clear_border(grid);
+  parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) {
+    for_each_cell_row(task, grid.rows, [&](int row) { measure_row(image, row, view.metres_per_unit(), grid); });
+  });
+  set_shape(sensor, grid);
+  grid.noise = estimate_noise(sensor, buffers, grid);
+  add_local_noise(buffers, grid);
+  find_usable(grid);
+  find_links(grid);
+}
+
+template void measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const SensorModel&, int, GridBuffers&, Grid&);
+template void measure_cells(const ImageRows<float>&, const DepthView&, const SensorModel&, int, GridBuffers&, Grid&);
+
+}  // namespace fransac::cells
