@@ -8,6 +8,7 @@
 #include <new>
 #include <string>
 
+#include "fransac/filter/organised.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/sac/plane_problem.hpp"
 #include "fransac/sac/ransac.hpp"
@@ -19,6 +20,7 @@
 namespace fransac {
 
 struct Workspace::Impl {
+  OrganisedDepth organised;
   PointCloud points;  // a cloud's measured points, then those within the limits
   VoxelGrid grid;
   DepthDataBuffers depth;
@@ -375,14 +377,6 @@ Status find_cells(const DepthView& /*depth*/, const Camera& /*camera*/, const Se
   return Error{ErrorCode::unsupported, "cells: not for depth images yet"};
 }
 
-Status run_cells(const DepthSource& source, const SegmentOptions& options, Segmentation& result) {
-  return find_cells(source.depth, source.camera, options, result);
-}
-
-Status run_cells(const CloudSource& /*source*/, const SegmentOptions& /*options*/, Segmentation& /*result*/) {
-  return Error{ErrorCode::unsupported, "cells: not for point clouds yet"};
-}
-
 /// Empties the result but keeps its memory.
 void reset(Segmentation& s, Method method, int width, int height) {
   std::vector<std::uint8_t> labels = std::move(s.labels);
@@ -409,8 +403,10 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
   SegmentOptions chosen = with_defaults(options, method);
   chosen.method = method;
   if (Status status = validate(chosen); !status) return status;  // `automatic` may have become one that does not know an option
-  reset(segmentation, chosen.method, source.width(), source.height());
-  if (chosen.method == Method::cells) return run_cells(source, chosen, segmentation);
+  reset(segmentation, method, source.width(), source.height());
+  if constexpr (Source::kDepthImage) {
+    if (method == Method::cells) return find_cells(source.depth, source.camera, chosen, segmentation);
+  }
   return run_pipeline(source, chosen, workspace.impl(), segmentation);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::out_of_memory,
@@ -423,6 +419,30 @@ Status segment_source(const Source& source, const SegmentOptions& options, Works
   // No planes of a frame before, no half of this one.
   if (!status) reset(segmentation, resolve(options.method, Source::kDepthImage), 0, 0);
   return status;
+}
+
+/// `cells`, or what `automatic` makes of the cloud: its depth image is segmented where there is one.
+Status segment_organised(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace,
+                         Segmentation& segmentation) {
+  Timing before;
+  StageClock clock(before);
+  OrganisedDepth& organised = workspace.impl().organised;
+  const Status found = organised_depth(cloud, organised);
+  clock.end(Stage::deproject);
+  if (found) {
+    const DepthView depth = organised.view();
+    Status status = segment_source(DepthSource{depth, organised.camera}, options, workspace, segmentation);
+    segmentation.timing.stage_ms[static_cast<std::size_t>(Stage::deproject)] += before.total_ms;
+    segmentation.timing.total_ms += before.total_ms;
+    return status;
+  }
+  const bool no_image = found.error().code == ErrorCode::unsupported;
+  if (no_image && options.method == Method::automatic)
+    return segment_source(CloudSource{cloud}, options, workspace, segmentation);
+  reset(segmentation, Method::cells, 0, 0);
+  if (!no_image) return found;
+  return Error{ErrorCode::unsupported,
+               "cells needs a depth image or an organised cloud of a pinhole camera: " + found.error().message};
 }
 
 template <class... Input>
@@ -443,6 +463,7 @@ Status segment(const DepthView& depth, const Camera& camera, const SegmentOption
 }
 
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation) {
+  if (resolve(options.method, true) == Method::cells) return segment_organised(cloud, options, workspace, segmentation);
   return segment_source(CloudSource{cloud}, options, workspace, segmentation);
 }
 
