@@ -14,9 +14,9 @@ struct MethodParts {
 };
 
 /// The method that runs for the one that was asked for.
-constexpr Method resolve(Method method, [[maybe_unused]] bool depth_image) {
-  // TODO(cells): depth_image ? Method::cells : Method::fransac, once find_cells() is there.
-  return method == Method::automatic ? Method::fransac : method;
+constexpr Method resolve(Method method, bool depth_image) {
+  if (method != Method::automatic) return method;
+  return depth_image ? Method::cells : Method::fransac;
 }
 
 constexpr MethodParts parts_of(Method method) {

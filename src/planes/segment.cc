@@ -2,23 +2,27 @@
 #include "fransac/planes/segment.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <new>
 #include <string>
 
+#include "fransac/filter/organised.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/sac/plane_problem.hpp"
 #include "fransac/sac/ransac.hpp"
 #include "kernels/targets.h"
+#include "planes/cells/cells.hpp"
 #include "planes/depth_data.hpp"
 #include "planes/labelling.hpp"
 #include "planes/methods.hpp"
+#include "planes/require_points.hpp"
+#include "planes/stage_clock.hpp"
 
 namespace fransac {
 
 struct Workspace::Impl {
+  OrganisedDepth organised;
   PointCloud points;  // a cloud's measured points, then those within the limits
   VoxelGrid grid;
   DepthDataBuffers depth;
@@ -28,6 +32,7 @@ struct Workspace::Impl {
   PointCloud sample;
   sac::RansacWorkspace<sac::PlaneProblem> ransac;
   LabelBuffers labels;
+  cells::Buffers cells;
 };
 
 Workspace::Workspace() : impl_(std::make_unique<Impl>()) {}
@@ -36,28 +41,6 @@ Workspace::Workspace(Workspace&&) noexcept = default;
 Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
 namespace {
-
-/// Writes down how long each stage takes.
-class StageClock {
- public:
-  explicit StageClock(Timing& timing) : timing_(timing) {}
-  /// What was done since the last stage or the start was this one.
-  void end(Stage stage) {
-    const auto now = Clock::now();
-    timing_.stage_ms[static_cast<std::size_t>(stage)] = milliseconds(last_, now);
-    timing_.total_ms = milliseconds(start_, now);
-    last_ = now;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  static double milliseconds(Clock::time_point from, Clock::time_point to) {
-    return std::chrono::duration<double, std::milli>(to - from).count();
-  }
-  Timing& timing_;
-  Clock::time_point start_ = Clock::now();
-  Clock::time_point last_ = start_;
-};
 
 Status check(const DepthView& depth, const Camera& camera) {
   if (Status status = validate(depth); !status) return status;
@@ -80,11 +63,6 @@ Status check(const PointCloud& cloud) {
   }
   if (!cloud.origin.allFinite()) return Error{ErrorCode::invalid_argument, "point cloud: origin must be finite"};
   return {};
-}
-
-Status require_points(std::uint64_t points, const char* where) {
-  if (points >= 3) return {};
-  return Error{ErrorCode::no_data, "a plane needs three points, there are " + std::to_string(points) + " " + where};
 }
 
 sac::RansacOptions ransac_options(const SegmentOptions& options) {
@@ -242,8 +220,6 @@ struct Recipe {
   [[nodiscard]] bool labels_from_leaves() const { return voxel_grid && options.labels_from == LabelsFrom::leaves; }
 };
 
-constexpr const char* kMeasured = "with a measurement";
-constexpr const char* kWithinLimits = "within the pass-through limits";
 constexpr const char* kAfterGrid = "after the voxel grid (leaf-size)";
 
 struct DepthSource {
@@ -352,14 +328,20 @@ struct CloudSource {
   }
 };
 
+/// What the options keep of the input; null: all.
+template <class Source>
+const AxisLimits* limits_of(const SegmentOptions& options) {
+  const bool chosen = options.pass_through.limits != AxisLimits{};
+  // A cloud's axes mean nothing by themselves.
+  const bool by_method = parts_of(options.method).pass_through && Source::kDepthImage;
+  return options.pass_through.use.value_or(chosen || by_method) ? &options.pass_through.limits : nullptr;
+}
+
 /// The paper's figure 2: depth -> cloud -> pass-through -> voxel grid -> RANSAC -> labels. The other methods leave parts out.
 template <class Source>
 Status run_pipeline(const Source& source, const SegmentOptions& options, Workspace::Impl& work, Segmentation& result) {
   const MethodParts parts = parts_of(options.method);
-  const bool limits_chosen = options.pass_through.limits != AxisLimits{};
-  // A cloud's axes mean nothing by themselves.
-  const bool limited = options.pass_through.use.value_or(limits_chosen || (parts.pass_through && Source::kDepthImage));
-  const Recipe recipe{options, parts.voxel_grid, limited ? &options.pass_through.limits : nullptr};
+  const Recipe recipe{options, parts.voxel_grid, limits_of<Source>(options)};
   StageClock clock(result.timing);
   if (Status status = source.find(recipe, work, clock, result); !status) return status;
   clock.end(Stage::ransac);
@@ -367,20 +349,6 @@ Status run_pipeline(const Source& source, const SegmentOptions& options, Workspa
   arrange(options, result);
   clock.end(Stage::labels);
   return {};
-}
-
-/// The method `cells`.
-Status find_cells(const DepthView& /*depth*/, const Camera& /*camera*/, const SegmentOptions& /*options*/,
-                  Segmentation& /*result*/) {
-  return Error{ErrorCode::unsupported, "cells: not for depth images yet"};
-}
-
-Status run_cells(const DepthSource& source, const SegmentOptions& options, Segmentation& result) {
-  return find_cells(source.depth, source.camera, options, result);
-}
-
-Status run_cells(const CloudSource& /*source*/, const SegmentOptions& /*options*/, Segmentation& /*result*/) {
-  return Error{ErrorCode::unsupported, "cells: not for point clouds yet"};
 }
 
 /// Empties the result but keeps its memory.
@@ -409,8 +377,14 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
   SegmentOptions chosen = with_defaults(options, method);
   chosen.method = method;
   if (Status status = validate(chosen); !status) return status;  // `automatic` may have become one that does not know an option
-  reset(segmentation, chosen.method, source.width(), source.height());
-  if (chosen.method == Method::cells) return run_cells(source, chosen, segmentation);
+  reset(segmentation, method, source.width(), source.height());
+  if constexpr (Source::kDepthImage) {
+    if (method == Method::cells) {
+      StageClock clock(segmentation.timing);
+      return cells::find_planes(source.depth, source.camera, chosen, limits_of<Source>(chosen), workspace.impl().cells, clock,
+                                segmentation);
+    }
+  }
   return run_pipeline(source, chosen, workspace.impl(), segmentation);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::out_of_memory,
@@ -423,6 +397,30 @@ Status segment_source(const Source& source, const SegmentOptions& options, Works
   // No planes of a frame before, no half of this one.
   if (!status) reset(segmentation, resolve(options.method, Source::kDepthImage), 0, 0);
   return status;
+}
+
+/// `cells`, or what `automatic` makes of the cloud: its depth image is segmented where there is one.
+Status segment_organised(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace,
+                         Segmentation& segmentation) {
+  Timing before;
+  StageClock clock(before);
+  OrganisedDepth& organised = workspace.impl().organised;
+  const Status found = organised_depth(cloud, organised);
+  clock.end(Stage::deproject);
+  if (found) {
+    const DepthView depth = organised.view();
+    Status status = segment_source(DepthSource{depth, organised.camera}, options, workspace, segmentation);
+    segmentation.timing.stage_ms[static_cast<std::size_t>(Stage::deproject)] += before.total_ms;
+    segmentation.timing.total_ms += before.total_ms;
+    return status;
+  }
+  const bool no_image = found.error().code == ErrorCode::unsupported;
+  if (no_image && options.method == Method::automatic)
+    return segment_source(CloudSource{cloud}, options, workspace, segmentation);
+  reset(segmentation, Method::cells, 0, 0);
+  if (!no_image) return found;
+  return Error{ErrorCode::unsupported,
+               "cells needs a depth image or an organised cloud of a pinhole camera: " + found.error().message};
 }
 
 template <class... Input>
@@ -443,6 +441,7 @@ Status segment(const DepthView& depth, const Camera& camera, const SegmentOption
 }
 
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation) {
+  if (resolve(options.method, true) == Method::cells) return segment_organised(cloud, options, workspace, segmentation);
   return segment_source(CloudSource{cloud}, options, workspace, segmentation);
 }
 

@@ -21,18 +21,18 @@ enum class SensorKind {
 /// What a user knows of the sensor. What is unset follows from the kind.
 struct SensorOptions {
   SensorKind kind = SensorKind::automatic;
-  std::optional<double> baseline_m;          ///< Structured light and stereo: between projector or cameras.
-  std::optional<double> disparity_error_px;  ///< Structured light and stereo: one sigma of the disparity.
-  std::optional<double> constant_m;          ///< Time of flight: part of sigma_z that does not depend on the distance.
-  std::optional<double> linear;              ///< Time of flight: part of sigma_z per metre of distance.
-  std::optional<double> bias_m;              ///< Any: by how much a plane may be bent or shifted over the image.
+  std::optional<double> baseline_m{};          ///< Structured light and stereo: between projector or cameras.
+  std::optional<double> disparity_error_px{};  ///< Structured light and stereo: one sigma of the disparity.
+  std::optional<double> constant_m{};          ///< Time of flight: part of sigma_z that does not depend on the distance.
+  std::optional<double> linear{};              ///< Time of flight: part of sigma_z per metre of distance.
+  std::optional<double> bias_m{};              ///< Any: by how much a plane may be bent or shifted over the image.
 };
 
 /// What a user can say of a sensor in one number.
 struct SensorParameter {
-  std::string_view name;  ///< In words joined by "-".
-  std::string_view unit;
-  std::string_view help;
+  std::string_view name{};  ///< In words joined by "-".
+  std::string_view unit{};
+  std::string_view help{};
   double min = 0.0;             ///< Smallest valid number.
   double max = 0.0;             ///< Largest valid number.
   bool triangulation = false;   ///< Means something to structured light and stereo.

@@ -116,9 +116,9 @@ inline SegmentOptions with_defaults(SegmentOptions options, Method method) {
 /// What a front end needs to know of one option. `Value` is double, int, std::uint64_t, bool, an enum, or a
 /// std::optional of one of these or of a direction, Eigen::Vector3d (unset: the method decides).
 struct OptionInfo {
-  std::string_view name;                                  ///< As on the command line, without dashes; words joined by "-".
-  std::string_view unit;                                  ///< "m", "points", … or empty.
-  std::string_view help;                                  ///< One sentence without the default, which the value itself tells.
+  std::string_view name{};                                ///< As on the command line, without dashes; words joined by "-".
+  std::string_view unit{};                                ///< "m", "points", … or empty.
+  std::string_view help{};                                ///< One sentence without the default, which the value itself tells.
   double min = -std::numeric_limits<double>::infinity();  ///< Smallest valid number.
   double max = std::numeric_limits<double>::infinity();   ///< Largest valid number.
   bool open_min = false;                                  ///< Whether `min` itself is invalid.

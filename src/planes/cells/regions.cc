@@ -2,7 +2,6 @@
 #include "planes/cells/regions.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -158,6 +157,21 @@ class Grower {
   int stamp_ = 0;
 };
 
+/// The direction in which a quadratic with second derivatives (xx, xy, yy) bends most.
+struct Bend {
+  double curvature;
+  Eigen::Vector2d direction;
+};
+Bend strongest_bend(double xx, double xy, double yy) {
+  const double mean = 0.5 * (xx + yy);
+  const double curvature = mean + std::copysign(std::hypot(0.5 * (xx - yy), xy), mean);
+  const Eigen::Vector2d a(curvature - yy, xy);
+  const Eigen::Vector2d b(xy, curvature - xx);
+  const Eigen::Vector2d& longer = a.squaredNorm() > b.squaredNorm() ? a : b;
+  const double norm = longer.norm();
+  return {curvature, norm > 0.0 ? Eigen::Vector2d(longer / norm) : Eigen::Vector2d::UnitX()};
+}
+
 /// Tells planes from curved surfaces and from chance.
 class Judge {
  public:
@@ -208,15 +222,12 @@ class Judge {
     const Eigen::Matrix<double, 6, 1> solution = solver.solve(shape.right);
     const double rest = std::max(0.0, shape.off - solution.dot(shape.right)) / std::max(1, region.cells - 6);
     const double variance = std::max(rest, std::pow(kC.curved_noise * grid_.noise.cell, 2));
-    Eigen::Matrix2d hessian;
-    hessian << solution[3], solution[4], solution[4], solution[5];
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>().computeDirect(hessian);
-    const int most = std::abs(eigen.eigenvalues()[0]) > std::abs(eigen.eigenvalues()[1]) ? 0 : 1;
-    const Eigen::Vector2d e = eigen.eigenvectors().col(most);
+    const Bend most = strongest_bend(solution[3], solution[4], solution[5]);
+    const Eigen::Vector2d& e = most.direction;
     Eigen::Matrix<double, 6, 1> direction;
     direction << 0.0, 0.0, 0.0, e[0] * e[0], 2.0 * e[0] * e[1], e[1] * e[1];
     const double sigma = std::sqrt(std::max(0.0, variance * direction.dot(solver.solve(direction))));
-    const double bend = (std::abs(eigen.eigenvalues()[most]) - 2.0 * sigma) * kPerPixel * kPerPixel;  // per squared pixel
+    const double bend = (std::abs(most.curvature) - 2.0 * sigma) * kPerPixel * kPerPixel;  // per squared pixel
     if (!(bend > 0.0)) return false;
     const PlaneFit& f = region.fit;
     // A strip of uniform density has twelve times its variance as squared length.
