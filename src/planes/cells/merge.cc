@@ -28,11 +28,11 @@ class Merger {
       b_.rank[i] = static_cast<std::int16_t>(b_.alive.size());
       b_.alive.push_back(static_cast<std::int16_t>(i));
     }
+    b_.target.resize(b_.alive.size());
+    for (int i = 0; i < count(); ++i) b_.target[at(i)] = static_cast<std::int16_t>(i);
     make_pairs();
     measure_cells();
     for (MergeBuffers::Pair& pair : b_.pairs) judge(pair);
-    b_.target.resize(b_.alive.size());
-    for (int i = 0; i < count(); ++i) b_.target[at(i)] = static_cast<std::int16_t>(i);
     merge_all();
     for (std::int16_t& owner : regions_.owner) {
       if (owner != kNobody) owner = b_.alive[at(root(b_.rank[at(owner)]))];
