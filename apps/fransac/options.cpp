@@ -181,7 +181,7 @@ void set_parameter(const std::string& flag, const std::string& text, SensorOptio
     known += (known.empty() ? "" : ", ") + std::string(parameter.name);
     if (name != parameter.name) return;
     found = true;
-    const OptionInfo info{.name = parameter.name, .min = parameter.min, .max = parameter.max};
+    const OptionInfo info{.name = parameter.name, .unit = {}, .help = {}, .min = parameter.min, .max = parameter.max};
     const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
     if (!read_value(info, number, value)) reject(flag, fmt::format("{}={}", name, expected_text(info, value)), text);
   });
