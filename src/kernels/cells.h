@@ -22,17 +22,17 @@ struct CellRows {
 };
 
 /// What the pixels of each cell measured; one value per cell. Columns and rows count from the cell's centre, pixels. Cells with
-/// fewer than `least` measurements, or whose measurements lie on a line, have n = 0 and mean_squared_residual = kNoFit; their
-/// other values are 0.
+/// fewer than `least` measurements, or whose measurements lie on a line or average kMostInverseDepth, have n = 0 and
+/// mean_squared_residual = kNoFit; their other values are 0.
 struct CellMoments {
-  float* n;     ///< Measurements.
-  float* u;     ///< Mean column.
-  float* v;     ///< Mean row.
-  float* q;     ///< Mean inverse depth.
-  float* uu;    ///< Mean squares and products about the means.
+  float* n;   ///< Measurements.
+  float* u;   ///< Mean column.
+  float* v;   ///< Mean row.
+  float* q;   ///< Mean inverse depth.
+  float* uu;  ///< Mean squares and products about the means.
   float* uv;
   float* vv;
-  float* du;    ///< Least-squares slopes of q.
+  float* du;  ///< Least-squares slopes of q.
   float* dv;
   float* mean_squared_residual;  ///< Of q about that plane, over n.
 };
@@ -40,6 +40,8 @@ inline constexpr float kNoFit = 1e30F;
 /// Measurements whose positions have a smaller determinant of their second moments, pixels^4, lie on a line: one row of kCell
 /// pixels with a single pixel in the next has 0.55.
 inline constexpr float kLeastSpread = 0.5F;
+/// No depth that a sensor gives, but one that a file may hold. Squares of 64 times that still stay below kNoFit.
+inline constexpr float kMostInverseDepth = 1e13F;
 
 /// A plane in inverse depth: q = base + du * column + dv * row, with the row of cells' first pixel as (0, 0).
 struct CellPlane {
@@ -58,7 +60,7 @@ struct CellTolerance {
 
 /// What one plane got of a run of cells.
 struct CellRunEvidence {
-  std::uint8_t* count;    ///< Pixels, one value per cell of the run.
+  std::uint8_t* count;     ///< Pixels, one value per cell of the run.
   float squared_residual;  ///< Sum of (z q - 1)^2 over them; the distance to the plane is |d| times that.
 };
 
@@ -72,9 +74,8 @@ struct CellKernels {
   /// Labels the cells [first, first + cells), which have the same candidates, 1 to kMostCandidates: 0 where nothing was measured,
   /// the label of the plane with the smallest |z q - 1| it belongs to (of equal ones the first), or 255. `labels` are the image's
   /// rows of labels, each with room for whole cells. `evidence` has one entry per candidate; counts start at `first`.
-  void (*label)(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, float metres_per_unit,
-                const CellPlane* planes, std::size_t num_planes, const CellTolerance& tolerance, std::uint8_t* const* labels,
-                CellRunEvidence* evidence);
+  void (*label)(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, float metres_per_unit, const CellPlane* planes,
+                std::size_t num_planes, const CellTolerance& tolerance, std::uint8_t* const* labels, CellRunEvidence* evidence);
   /// The same without a candidate: 0 or 255.
   void (*label_none)(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, std::uint8_t* const* labels);
   /// How many measurements of one cell belong to a plane, and how many there are.

@@ -37,7 +37,7 @@ void moments(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit
     });
     out.n[c] = out.u[c] = out.v[c] = out.q[c] = out.uu[c] = out.uv[c] = out.vv[c] = out.du[c] = out.dv[c] = 0.0F;
     out.mean_squared_residual[c] = kNoFit;
-    if (n < static_cast<double>(least)) continue;
+    if (n < static_cast<double>(least) || n == 0.0 || !(sum_q / n < static_cast<double>(kMostInverseDepth))) continue;
     double uu = 0.0;
     double uv = 0.0;
     double vv = 0.0;
@@ -79,8 +79,7 @@ double residual(const CellPlane& plane, std::size_t u, int v, double z) {
 }
 
 bool belongs(double residual, double z, std::size_t cell, const CellTolerance& tolerance) {
-  return std::abs(residual) * z <=
-         static_cast<double>(tolerance.per_cell[cell]) * z * z + static_cast<double>(tolerance.floor_m);
+  return std::abs(residual) * z <= static_cast<double>(tolerance.per_cell[cell]) * z * z + static_cast<double>(tolerance.floor_m);
 }
 
 template <class Raw>
