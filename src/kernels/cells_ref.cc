@@ -141,11 +141,3 @@ const CellKernels<float>& cell_kernels() {
 }
 
 }  // namespace fransac::kernels::ref
-
-// TEMPORARY
-namespace fransac::kernels {
-template <>
-const CellKernels<std::uint16_t>& cell_kernels() { return ref::cell_kernels<std::uint16_t>(); }
-template <>
-const CellKernels<float>& cell_kernels() { return ref::cell_kernels<float>(); }
-}
