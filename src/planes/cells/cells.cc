@@ -10,6 +10,7 @@
 
 #include "filter/depth_rows.hpp"
 #include "fransac/planes/orientation.hpp"
+#include "kernels/labels.h"
 #include "planes/cells/constants.hpp"
 #include "planes/covariance.hpp"
 #include "planes/require_points.hpp"
@@ -96,6 +97,7 @@ void measure_planes(const Buffers& b, Segmentation& result) {
 
 /// Leaves out planes that are too small, puts the others in order, and makes the labels follow.
 void arrange(const SegmentOptions& options, Segmentation& result) {
+  const int numbered = static_cast<int>(result.planes.size());
   const double least = std::max(1.0, *options.min_support * static_cast<double>(result.sampled_points));
   std::erase_if(result.planes, [&](const PlaneSegment& s) {
     return static_cast<double>(s.inliers) < least || s.area_m2 < options.cells.min_area_m2;
@@ -108,15 +110,18 @@ void arrange(const SegmentOptions& options, Segmentation& result) {
   const auto most = static_cast<std::size_t>(*options.max_planes == 0 ? kMaxPlanes : *options.max_planes);
   if (result.planes.size() > most) result.planes.resize(most);
 
+  bool in_order = static_cast<int>(result.planes.size()) == numbered;
   std::array<std::uint8_t, 256> label{};
   label.fill(kLabelNoPlane);
   label[kLabelNoDepth] = kLabelNoDepth;
   for (std::size_t i = 0; i < result.planes.size(); ++i) {
     PlaneSegment& segment = result.planes[i];
-    label[static_cast<std::size_t>(segment.id)] = static_cast<std::uint8_t>(i + kLabelFirst);
+    const auto next = static_cast<std::uint8_t>(i + kLabelFirst);
+    in_order = in_order && segment.id == next;
+    label[static_cast<std::size_t>(segment.id)] = next;
     segment.id = static_cast<int>(i) + kLabelFirst;
   }
-  for (std::uint8_t& pixel : result.labels) pixel = label[pixel];
+  if (!in_order) kernels::relabel(result.labels.data(), result.labels.size(), label.data(), numbered);
 }
 
 /// Measured pixels outside the limits are on no plane.
@@ -172,8 +177,9 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   DepthRowBuffer buffer;
   for (int v = 0; v < rows.height(); ++v) {
     const auto row = rows.row(v, buffer);
-    result.valid_points += rows.count(row.measured);
-    result.sampled_points += row.kept == row.measured ? rows.count(row.measured) : rows.count(row.kept);
+    const std::uint64_t kept = rows.count(row.kept);
+    result.sampled_points += kept;
+    result.valid_points += row.kept == row.measured ? kept : rows.count(row.measured);
   }
   if (Status status = require_points(result.valid_points, kMeasured); !status) return status;
   if (Status status = require_points(result.sampled_points, kWithinLimits); !status) return status;
@@ -183,7 +189,7 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   grow_regions(b.grid, camera, b.region_buffers, b.regions);
   clock.end(Stage::regions);
   merge_regions(b.grid, b.merge, b.regions);
-  reassign_borders(b.grid, b.owners, b.regions);
+  reassign_borders(b.grid, b.reassign, b.regions);
   clock.end(Stage::merge);
   number_regions(b.grid, camera, options, b, result);
   label_pixels(image, depth, camera, b.grid, b.regions, b.labels, options.threads, b.pixels, result.labels.data());

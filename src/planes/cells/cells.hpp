@@ -22,7 +22,7 @@ struct Buffers {
   RegionBuffers region_buffers;
   Regions regions;
   MergeBuffers merge;
-  AlignedVector<std::int16_t> owners;
+  ReassignBuffers reassign;
   std::vector<std::uint8_t> labels;   ///< Per region.
   std::vector<std::int16_t> ranked;   ///< Regions by label.
   LabelPixelBuffers pixels;

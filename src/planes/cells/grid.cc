@@ -31,6 +31,7 @@ void resize(int width, int height, Grid& grid) {
   }
   grid.usable.resize(size);
   grid.links.resize(size);
+  grid.linked.resize(size);
 }
 
 /// Makes the cells around the image ones without measurements.
@@ -164,84 +165,69 @@ void add_local_noise(GridBuffers& buffers, Grid& grid) {
 }
 
 void find_usable(Grid& grid) {
-  const double length = std::hypot(kC.usable_m * grid.noise.bias_scale, kC.flat_in_cell_m);
-  const double slack = std::hypot(kC.bias_m * grid.noise.bias_scale, kC.flat_m);
+  const auto square = [](double x) { return static_cast<float>(x * x); };
+  const float usable_noise = square(kC.usable_k * grid.noise.pixel);
+  const float usable_length = square(kC.usable_m * grid.noise.bias_scale) + square(kC.flat_in_cell_m);
+  const float grow_noise = square(kC.grow_k * grid.noise.cell);
+  const float grow_length = square(kC.bias_m * grid.noise.bias_scale) + square(kC.flat_m);
   const auto pixel = static_cast<float>(grid.noise.pixel);
   const auto most = static_cast<float>(kC.most_sigma_m);
-  for (std::size_t i = 0; i < grid.size(); ++i) {
-    const int cell = static_cast<int>(i);
-    grid.slack[i] = grid.tolerance(cell, kC.grow_k * grid.noise.cell, slack);
-    const bool flat = grid.residual[i] <= grid.tolerance(cell, kC.usable_k * grid.noise.pixel, length);
-    grid.usable[i] = grid.n[i] > 0.0F && flat && pixel * grid.shape[i] <= most * grid.q[i] * grid.q[i] ? 1 : 0;
+  const float* const __restrict n = grid.n.data();
+  const float* const __restrict q = grid.q.data();
+  const float* const __restrict shape = grid.shape.data();
+  const float* const __restrict residual = grid.residual.data();
+  float* const __restrict slack = grid.slack.data();
+  std::uint8_t* const __restrict usable = grid.usable.data();
+  const std::size_t size = grid.size();
+  for (std::size_t i = 0; i < size; ++i) {
+    const float squared_shape = shape[i] * shape[i];
+    const float squared_q = q[i] * q[i];
+    const float fourth = squared_q * squared_q;
+    slack[i] = grow_noise * squared_shape + grow_length * fourth;
+    const bool flat = residual[i] <= usable_noise * squared_shape + usable_length * fourth;
+    const bool near = pixel * shape[i] <= most * squared_q;
+    usable[i] = static_cast<std::uint8_t>(static_cast<int>(n[i] > 0.0F) & static_cast<int>(flat) & static_cast<int>(near));
   }
 }
 
-/// Whether two usable neighbours lie on one smooth surface.
-class LinkTest {
- public:
-  explicit LinkTest(const Grid& grid)
-      : grid_(grid),
-        jump_k_(kC.jump_k * grid.noise.cell),
-        jump_m_(kC.jump_m * grid.noise.bias_scale),
-        bend_k_(kC.bend_k * grid.noise.cell),
-        bend_m_(kC.bend_m * grid.noise.bias_scale) {}
-
-  [[nodiscard]] bool operator()(int i, int j) const {
-    const Grid& g = grid_;
-    const std::size_t a = at(i);
-    const std::size_t b = at(j);
-    const float jump = g.q[b] - g.q[a] - 0.5F * ((g.du[a] + g.du[b]) * (g.u[b] - g.u[a]) + (g.dv[a] + g.dv[b]) * (g.v[b] - g.v[a]));
-    const float x = Grid::kHalfCell * (g.du[b] - g.du[a]);
-    const float y = Grid::kHalfCell * (g.dv[b] - g.dv[a]);
-    const float shape = std::max(g.shape[a], g.shape[b]);
-    const float q = 0.5F * (g.q[a] + g.q[b]);
-    return jump * jump <= squared(jump_k_, jump_m_, shape, q) && x * x + y * y <= squared(bend_k_, bend_m_, shape, q);
+/// Which cells and their neighbours `step` further lie on one smooth surface: the links to there and back.
+void find_links(Grid& grid, int step, std::uint8_t there, std::uint8_t back) {
+  const auto jump_k = static_cast<float>(kC.jump_k * grid.noise.cell);
+  const auto jump_m = static_cast<float>(kC.jump_m * grid.noise.bias_scale);
+  const auto bend_k = static_cast<float>(kC.bend_k * grid.noise.cell);
+  const auto bend_m = static_cast<float>(kC.bend_m * grid.noise.bias_scale);
+  const float* const __restrict u = grid.u.data();
+  const float* const __restrict v = grid.v.data();
+  const float* const __restrict q = grid.q.data();
+  const float* const __restrict du = grid.du.data();
+  const float* const __restrict dv = grid.dv.data();
+  const float* const __restrict shape = grid.shape.data();
+  const std::uint8_t* const __restrict usable = grid.usable.data();
+  std::uint8_t* const __restrict linked = grid.linked.data();
+  const std::ptrdiff_t first = grid.index(0, 0);
+  const std::ptrdiff_t end = grid.index(grid.rows - 1, grid.columns);
+  for (std::ptrdiff_t i = first; i < end; ++i) {
+    const std::ptrdiff_t j = i + step;
+    const float jump = q[j] - q[i] - 0.5F * ((du[i] + du[j]) * (u[j] - u[i]) + (dv[i] + dv[j]) * (v[j] - v[i]));
+    const float x = Grid::kHalfCell * (du[j] - du[i]);
+    const float y = Grid::kHalfCell * (dv[j] - dv[i]);
+    const float noise = std::max(shape[i], shape[j]);
+    const float mean = 0.5F * (q[i] + q[j]);
+    const float squared_noise = noise * noise;
+    const float fourth = mean * mean * mean * mean;
+    const bool level = jump * jump <= jump_k * jump_k * squared_noise + jump_m * jump_m * fourth;
+    const bool straight = x * x + y * y <= bend_k * bend_k * squared_noise + bend_m * bend_m * fourth;
+    linked[i] = static_cast<std::uint8_t>(usable[i] & usable[j] & static_cast<int>(level) & static_cast<int>(straight));
   }
-
- private:
-  static float squared(double k, double length, float shape, float q) {
-    const float noise = static_cast<float>(k) * shape;
-    const float bias = static_cast<float>(length) * q * q;
-    return noise * noise + bias * bias;
+  for (std::ptrdiff_t i = first; i < end; ++i) {
+    grid.links[static_cast<std::size_t>(i)] |= static_cast<std::uint8_t>(linked[i] * there | linked[i - step] * back);
   }
-  const Grid& grid_;
-  double jump_k_, jump_m_, bend_k_, bend_m_;
-};
-
-void find_links(Grid& grid) {
-  std::fill(grid.links.begin(), grid.links.end(), std::uint8_t{0});
-  const LinkTest linked(grid);
-  for (int r = 0; r < grid.rows; ++r) {
-    for (int c = 0; c < grid.columns; ++c) {
-      const int i = grid.index(r, c);
-      if (grid.usable[at(i)] == 0) continue;
-      if (const int j = i + 1; grid.usable[at(j)] != 0 && linked(i, j)) {
-        grid.links[at(i)] |= Grid::kRight;
-        grid.links[at(j)] |= Grid::kLeft;
-      }
-      if (const int j = i + grid.stride; grid.usable[at(j)] != 0 && linked(i, j)) {
-        grid.links[at(i)] |= Grid::kDown;
-        grid.links[at(j)] |= Grid::kUp;
-      }
-    }
+  for (std::ptrdiff_t i = end; i < end + step && i - step >= first; ++i) {
+    grid.links[static_cast<std::size_t>(i)] |= static_cast<std::uint8_t>(linked[i - step] * back);
   }
 }
 
 }  // namespace
-
-Moments& Moments::operator+=(const Moments& other) {
-  n += other.n;
-  u += other.u;
-  v += other.v;
-  q += other.q;
-  uu += other.uu;
-  uv += other.uv;
-  vv += other.vv;
-  uq += other.uq;
-  vq += other.vq;
-  qq += other.qq;
-  return *this;
-}
 
 std::optional<PlaneFit> fit(const Moments& m) {
   if (!(m.n > 0.0)) return std::nullopt;
@@ -264,31 +250,6 @@ std::optional<PlaneFit> fit(const Moments& m) {
   return f;
 }
 
-Moments Grid::moments(int cell) const {
-  const auto i = static_cast<std::size_t>(cell);
-  const auto get = [i](const AlignedVector<float>& values) { return static_cast<double>(values[i]); };
-  const double count = get(n);
-  const double mean_u = get(u);
-  const double mean_v = get(v);
-  const double mean_q = get(q);
-  const double spread_uu = get(uu);
-  const double spread_uv = get(uv);
-  const double spread_vv = get(vv);
-  const double uq_about = get(du) * spread_uu + get(dv) * spread_uv;
-  const double vq_about = get(du) * spread_uv + get(dv) * spread_vv;
-  const double qq_about = get(residual) + get(du) * uq_about + get(dv) * vq_about;
-  return {.n = count,
-          .u = count * mean_u,
-          .v = count * mean_v,
-          .q = count * mean_q,
-          .uu = count * (spread_uu + mean_u * mean_u),
-          .uv = count * (spread_uv + mean_u * mean_v),
-          .vv = count * (spread_vv + mean_v * mean_v),
-          .uq = count * (uq_about + mean_u * mean_q),
-          .vq = count * (vq_about + mean_v * mean_q),
-          .qq = count * (qq_about + mean_q * mean_q)};
-}
-
 template <class Raw>
 void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const SensorModel& sensor, int threads, GridBuffers& buffers,
                    Grid& grid) {
@@ -301,7 +262,10 @@ void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Sen
   grid.noise = estimate_noise(sensor, buffers, grid);
   add_local_noise(buffers, grid);
   find_usable(grid);
-  find_links(grid);
+  std::fill(grid.links.begin(), grid.links.end(), std::uint8_t{0});
+  std::fill(grid.linked.begin(), grid.linked.end(), std::uint8_t{0});
+  find_links(grid, 1, Grid::kRight, Grid::kLeft);
+  find_links(grid, grid.stride, Grid::kDown, Grid::kUp);
 }
 
 template void measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const SensorModel&, int, GridBuffers&, Grid&);

@@ -24,6 +24,16 @@ struct InversePlane {
   [[nodiscard]] double at(double u, double v) const { return du * u + dv * v + base; }
 };
 
+/// The same for tests of many cells.
+struct FloatPlane {
+  float du;
+  float dv;
+  float base;
+
+  explicit FloatPlane(const InversePlane& plane)
+      : du(static_cast<float>(plane.du)), dv(static_cast<float>(plane.dv)), base(static_cast<float>(plane.base)) {}
+};
+
 /// Sums over pixels of 1, u, v, q and their products.
 struct Moments {
   double n = 0.0;
@@ -37,7 +47,32 @@ struct Moments {
   double vq = 0.0;
   double qq = 0.0;
 
-  Moments& operator+=(const Moments& other);
+  Moments& operator+=(const Moments& o) {
+    n += o.n;
+    u += o.u;
+    v += o.v;
+    q += o.q;
+    uu += o.uu;
+    uv += o.uv;
+    vv += o.vv;
+    uq += o.uq;
+    vq += o.vq;
+    qq += o.qq;
+    return *this;
+  }
+  Moments& operator-=(const Moments& o) {
+    n -= o.n;
+    u -= o.u;
+    v -= o.v;
+    q -= o.q;
+    uu -= o.uu;
+    uv -= o.uv;
+    vv -= o.vv;
+    uq -= o.uq;
+    vq -= o.vq;
+    qq -= o.qq;
+    return *this;
+  }
 };
 
 /// The least-squares plane of moments.
@@ -75,7 +110,8 @@ class Grid {
   AlignedVector<float> shape;   ///< The noise of this cell relative to the frame's.
   AlignedVector<float> slack;   ///< Square of what a member of a region may be off, per metre.
   AlignedVector<std::uint8_t> usable;
-  AlignedVector<std::uint8_t> links;  ///< kRight | kDown | kLeft | kUp
+  AlignedVector<std::uint8_t> links;   ///< kRight | kDown | kLeft | kUp
+  AlignedVector<std::uint8_t> linked;  ///< Of one direction.
   Noise noise;
 
   static constexpr std::uint8_t kRight = 1;
@@ -94,22 +130,49 @@ class Grid {
     const float length_part = static_cast<float>(length_m) * q[i] * q[i];
     return noise_part * noise_part + length_part * length_part;
   }
-  /// Square of a cell's distance to a plane: mean and slopes.
-  [[nodiscard]] bool fits(int cell, const InversePlane& plane, float squared_slack) const {
+  /// How far a cell is from a plane: its mean, and its slopes over half a cell, squared.
+  struct Distance {
+    float mean;
+    float slope;
+
+    [[nodiscard]] bool within(float squared_slack) const { return mean <= squared_slack && slope <= squared_slack; }
+    [[nodiscard]] float sum() const { return mean + slope; }
+  };
+  [[nodiscard]] Distance distance(int cell, const FloatPlane& plane) const {
     const auto i = static_cast<std::size_t>(cell);
-    const float off = q[i] - static_cast<float>(plane.at(static_cast<double>(u[i]), static_cast<double>(v[i])));
-    const float a = kHalfCell * (du[i] - static_cast<float>(plane.du));
-    const float b = kHalfCell * (dv[i] - static_cast<float>(plane.dv));
-    return off * off <= squared_slack && a * a + b * b <= squared_slack;
+    const float off = q[i] - (plane.du * u[i] + plane.dv * v[i] + plane.base);
+    const float a = kHalfCell * (du[i] - plane.du);
+    const float b = kHalfCell * (dv[i] - plane.dv);
+    return {off * off, a * a + b * b};
   }
-  [[nodiscard]] float squared_distance(int cell, const InversePlane& plane) const {
+  [[nodiscard]] bool fits(int cell, const FloatPlane& plane) const {
+    return distance(cell, plane).within(slack[static_cast<std::size_t>(cell)]);
+  }
+  /// What a cell adds to a region.
+  [[nodiscard]] Moments moments(int cell) const {
     const auto i = static_cast<std::size_t>(cell);
-    const float off = q[i] - static_cast<float>(plane.at(static_cast<double>(u[i]), static_cast<double>(v[i])));
-    const float a = kHalfCell * (du[i] - static_cast<float>(plane.du));
-    const float b = kHalfCell * (dv[i] - static_cast<float>(plane.dv));
-    return off * off + a * a + b * b;
+    const auto get = [i](const AlignedVector<float>& values) { return static_cast<double>(values[i]); };
+    const double count = get(n);
+    const double mean_u = get(u);
+    const double mean_v = get(v);
+    const double mean_q = get(q);
+    const double spread_uu = get(uu);
+    const double spread_uv = get(uv);
+    const double spread_vv = get(vv);
+    const double uq_about = get(du) * spread_uu + get(dv) * spread_uv;
+    const double vq_about = get(du) * spread_uv + get(dv) * spread_vv;
+    const double qq_about = get(residual) + get(du) * uq_about + get(dv) * vq_about;
+    return {.n = count,
+            .u = count * mean_u,
+            .v = count * mean_v,
+            .q = count * mean_q,
+            .uu = count * (spread_uu + mean_u * mean_u),
+            .uv = count * (spread_uv + mean_u * mean_v),
+            .vv = count * (spread_vv + mean_v * mean_v),
+            .uq = count * (uq_about + mean_u * mean_q),
+            .vq = count * (vq_about + mean_v * mean_q),
+            .qq = count * (qq_about + mean_q * mean_q)};
   }
-  [[nodiscard]] Moments moments(int cell) const;
 
   static constexpr float kHalfCell = 0.5F * kernels::kCell;
 };

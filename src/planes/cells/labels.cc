@@ -53,30 +53,19 @@ class Flood {
   void run(const std::vector<std::uint8_t>& label_of_region) {
     b_.spread = regions_.owner;
     b_.queue.clear();
-    for (int r = 0; r < grid_.rows; ++r) {
-      for (int c = 0; c < grid_.columns; ++c) {
-        const int i = grid_.index(r, c);
-        std::int16_t& owner = b_.spread[at(i)];
-        if (owner != kNobody && label_of_region[at(owner)] == 0) owner = kNobody;
-      }
+    for (std::int16_t& owner : b_.spread) {
+      if (owner != kNobody && label_of_region[at(owner)] == 0) owner = kNobody;
     }
+    find_uniform(grid_, b_.spread, b_.uniform);
     for (int r = 0; r < grid_.rows; ++r) {
-      for (int c = 0; c < grid_.columns; ++c) {
-        const int i = grid_.index(r, c);
-        if (b_.spread[at(i)] != kNobody && has_free_neighbour(i)) b_.queue.push_back(i);
+      for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
+        if (b_.spread[at(i)] != kNobody && b_.uniform.uniform[at(i)] == 0) b_.queue.push_back(i);
       }
     }
     for (std::size_t head = 0; head < b_.queue.size(); ++head) spread_from(b_.queue[head]);
   }
 
  private:
-  [[nodiscard]] bool has_free_neighbour(int i) const {
-    for (int direction = 0; direction < 4; ++direction) {
-      if (b_.spread[at(i + grid_.step(direction))] == kNobody) return true;
-    }
-    return false;
-  }
-
   void spread_from(int i) {
     const std::int16_t owner = b_.spread[at(i)];
     const InversePlane& plane = regions_.list[at(owner)].fit.plane;
@@ -86,7 +75,7 @@ class Flood {
       const int column = j % grid_.stride - 1;
       if (row < 0 || row >= grid_.rows || column < 0 || column >= grid_.columns || b_.spread[at(j)] != kNobody) continue;
       // A cell that is a plane by itself must be this plane.
-      if (grid_.usable[at(j)] != 0 && !grid_.fits(j, plane, static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(j)])) continue;
+      if (grid_.usable[at(j)] != 0 && !grid_.distance(j, FloatPlane(plane)).within(static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(j)])) continue;
       const auto fits = kernels::cell_kernels<Raw>().fits(image_.cells(row), at(column), metres_per_unit_,
                                                            cell_plane(plane, grid_, row, 0), tolerance_.row(row));
       constexpr std::uint32_t kLeast = 5;
@@ -106,20 +95,33 @@ class Flood {
 
 /// The regions that may own pixels of a cell: those of its neighbours.
 struct Candidates {
-  std::array<std::int16_t, kernels::kMostCandidates> regions{};
+  std::array<std::int16_t, kernels::kMostCandidates> regions;
   int count = 0;
 
-  Candidates(const AlignedVector<std::int16_t>& owner, int i, int stride) {
+  void set(const AlignedVector<std::int16_t>& owner, int i, int stride) {
+    count = 0;
     for (const int y : {i, i - stride, i + stride}) {  // the cell's own row first: of equally near planes the first wins
       for (const int x : {y, y - 1, y + 1}) {
         const std::int16_t region = owner[at(x)];
-        if (region == kNobody || std::find(regions.begin(), regions.begin() + count, region) != regions.begin() + count) continue;
-        regions[at(count++)] = region;
+        if (region != kNobody && !has(region)) regions[at(count++)] = region;
       }
     }
   }
+  [[nodiscard]] bool are_only(std::int16_t region) const {
+    return region == kNobody ? count == 0 : count == 1 && regions[0] == region;
+  }
+  [[nodiscard]] bool has(std::int16_t region) const {
+    for (int k = 0; k < count; ++k) {
+      if (regions[at(k)] == region) return true;
+    }
+    return false;
+  }
   bool operator==(const Candidates& other) const {
-    return count == other.count && std::equal(regions.begin(), regions.begin() + count, other.regions.begin());
+    if (count != other.count) return false;
+    for (int k = 0; k < count; ++k) {
+      if (regions[at(k)] != other.regions[at(k)]) return false;
+    }
+    return true;
   }
 };
 
@@ -129,7 +131,7 @@ class RowLabeller {
  public:
   RowLabeller(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid, const Regions& regions,
               const std::vector<std::uint8_t>& label_of_region, const Tolerance& tolerance,
-              const AlignedVector<std::int16_t>& owner)
+              const AlignedVector<std::int16_t>& owner, const AlignedVector<std::uint8_t>& uniform)
       : image_(image),
         view_(view),
         camera_(camera),
@@ -137,7 +139,8 @@ class RowLabeller {
         regions_(regions),
         label_of_region_(label_of_region),
         tolerance_(tolerance),
-        owner_(owner) {}
+        owner_(owner),
+        uniform_(uniform) {}
 
   void run(int row, LabelPixelBuffers::Task& task, std::uint8_t* labels) const {
     const auto width = at(grid_.width);
@@ -150,12 +153,19 @@ class RowLabeller {
       out[at(k)] = whole && v < at(grid_.height) ? labels + v * width : task.rows.data() + at(k) * room;
     }
     const kernels::CellRows<Raw> pixels = image_.cells(row);
-    for (int first = 0; first < grid_.columns;) {
-      const Candidates candidates(owner_, grid_.index(row, first), grid_.stride);
-      int end = first + 1;
-      while (end < grid_.columns && Candidates(owner_, grid_.index(row, end), grid_.stride) == candidates) ++end;
-      label(pixels, row, first, end, candidates, task, out.data());
-      first = end;
+    std::array<Candidates, 2> candidates;
+    std::size_t now = 0;
+    candidates[now].set(owner_, grid_.index(row, 0), grid_.stride);
+    for (int first = 0, end = 1; first < grid_.columns; first = end++) {
+      Candidates& next = candidates[1 - now];
+      for (; end < grid_.columns; ++end) {
+        const int i = grid_.index(row, end);
+        if (uniform_[at(i)] != 0 && candidates[now].are_only(owner_[at(i)])) continue;
+        next.set(owner_, i, grid_.stride);
+        if (!(next == candidates[now])) break;
+      }
+      label(pixels, row, first, end, candidates[now], task, out.data());
+      now = 1 - now;
     }
     if (whole) return;
     for (int k = 0; k < std::min(kCell, grid_.height - row * kCell); ++k) {
@@ -169,8 +179,8 @@ class RowLabeller {
     const auto& kernel = kernels::cell_kernels<Raw>();
     const std::size_t cells = at(end - first);
     if (candidates.count == 0) return kernel.label_none(pixels, at(first), cells, out);
-    std::array<kernels::CellPlane, kernels::kMostCandidates> planes{};
-    std::array<kernels::CellRunEvidence, kernels::kMostCandidates> evidence{};
+    std::array<kernels::CellPlane, kernels::kMostCandidates> planes;  // NOLINT(*-member-init): the first `count` are set
+    std::array<kernels::CellRunEvidence, kernels::kMostCandidates> evidence;  // NOLINT(*-member-init)
     task.counts.resize(kernels::kMostCandidates * at(grid_.columns));
     for (int k = 0; k < candidates.count; ++k) {
       const std::int16_t region = candidates.regions[at(k)];
@@ -217,6 +227,7 @@ class RowLabeller {
   const std::vector<std::uint8_t>& label_of_region_;
   const Tolerance& tolerance_;
   const AlignedVector<std::int16_t>& owner_;
+  const AlignedVector<std::uint8_t>& uniform_;
 };
 
 }  // namespace
@@ -234,7 +245,9 @@ void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Came
                   const std::vector<std::uint8_t>& label_of_region, int threads, LabelPixelBuffers& buffers, std::uint8_t* labels) {
   const Tolerance tolerance(grid, buffers.tolerance);
   Flood<Raw>(image, view.metres_per_unit(), grid, regions, tolerance, buffers).run(label_of_region);
-  const RowLabeller<Raw> labeller(image, view, camera, grid, regions, label_of_region, tolerance, buffers.spread);
+  find_uniform(grid, buffers.spread, buffers.uniform);
+  const RowLabeller<Raw> labeller(image, view, camera, grid, regions, label_of_region, tolerance, buffers.spread,
+                                   buffers.uniform.uniform);
   const std::size_t tasks = cell_row_tasks(grid.rows);
   buffers.tasks.resize(std::max(buffers.tasks.size(), tasks));
   parallel_for(threads, tasks, [&](std::size_t i) {

@@ -26,6 +26,7 @@ struct PixelEvidence {
 /// Memory of label_pixels.
 struct LabelPixelBuffers {
   AlignedVector<std::int16_t> spread;  ///< Owners after flooding.
+  UniformBuffers uniform;
   std::vector<std::int32_t> queue;
   AlignedVector<float> tolerance;
   struct Task {

@@ -226,63 +226,96 @@ class Merger {
 
 void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
 
-void reassign_borders(const Grid& grid, AlignedVector<std::int16_t>& scratch, Regions& regions) {
-  constexpr int kPasses = 2;
-  for (int pass = 0; pass < kPasses; ++pass) {
-    scratch = regions.owner;
-    for (int r = 0; r < grid.rows; ++r) {
-      for (int c = 0; c < grid.columns; ++c) {
-        const int i = grid.index(r, c);
-        if (grid.usable[at(i)] == 0) continue;
-        const std::int16_t mine = scratch[at(i)];
-        bool alone = true;
-        for (int y = -grid.stride; y <= grid.stride; y += grid.stride) {
-          for (int x = -1; x <= 1; ++x) alone = alone && scratch[at(i + y + x)] == mine;
-        }
-        if (alone && mine == kNobody) continue;
-        std::int16_t best = kNobody;
-        float least = 0.0F;
-        const auto consider = [&](std::int16_t owner) {
-          if (owner == kNobody || owner == best) return;
-          const InversePlane& plane = regions.list[static_cast<std::size_t>(owner)].fit.plane;
-          if (!grid.fits(i, plane, grid.slack[at(i)])) return;
-          const float distance = grid.squared_distance(i, plane);
-          if (best != kNobody && distance >= least) return;
-          best = owner;
-          least = distance;
-        };
-        consider(mine);
-        if (!alone) {
-          for (int y = -grid.stride; y <= grid.stride; y += grid.stride) {
-            for (int x = -1; x <= 1; ++x) consider(scratch[at(i + y + x)]);
-          }
-        }
-        regions.owner[at(i)] = best;
+namespace {
+
+/// Moves cells between regions and keeps the regions' sums.
+class Reassigner {
+ public:
+  Reassigner(const Grid& grid, ReassignBuffers& buffers, Regions& regions) : grid_(grid), b_(buffers), regions_(regions) {}
+
+  /// One pass over the cells at borders, and, for `all`, over the others as well, which may have come not to fit.
+  void run(bool all) {
+    find_uniform(grid_, regions_.owner, b_.uniform);
+    b_.changes.clear();
+    b_.planes.clear();
+    for (const Region& region : regions_.list) b_.planes.emplace_back(region.fit.plane);
+    for (int r = 0; r < grid_.rows; ++r) {
+      for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
+        if (grid_.usable[at(i)] == 0) continue;
+        const std::int16_t mine = regions_.owner[at(i)];
+        const bool uniform = b_.uniform.uniform[at(i)] != 0;
+        if (uniform && (mine == kNobody || !all)) continue;
+        const std::int16_t best = uniform ? (fits(i, mine) ? mine : kNobody) : best_of_neighbours(i);
+        if (best != mine) b_.changes.push_back({i, best});
       }
     }
-    for (Region& region : regions.list) {
-      region.moments = {};
-      region.cells = 0;
-    }
-    for (int r = 0; r < grid.rows; ++r) {
-      for (int c = 0; c < grid.columns; ++c) {
-        const int i = grid.index(r, c);
-        if (regions.owner[at(i)] == kNobody) continue;
-        Region& region = regions.list[static_cast<std::size_t>(regions.owner[at(i)])];
-        region.moments += grid.moments(i);
-        ++region.cells;
+    apply();
+  }
+
+ private:
+  [[nodiscard]] bool fits(int i, std::int16_t region) const { return grid_.fits(i, b_.planes[at(region)]); }
+
+  [[nodiscard]] std::int16_t best_of_neighbours(int i) const {
+    std::int16_t best = kNobody;
+    std::int16_t last = kNobody;
+    float least = 0.0F;
+    for (int y = i - grid_.stride; y <= i + grid_.stride; y += grid_.stride) {
+      for (int j = y - 1; j <= y + 1; ++j) {
+        const std::int16_t region = regions_.owner[at(j)];
+        if (region == kNobody || region == last || region == best) continue;
+        last = region;
+        const Grid::Distance distance = grid_.distance(i, b_.planes[at(region)]);
+        if (!distance.within(grid_.slack[at(i)]) || (best != kNobody && distance.sum() >= least)) continue;
+        best = region;
+        least = distance.sum();
       }
     }
-    for (Region& region : regions.list) {
-      if (!region.alive) continue;
+    return best;
+  }
+
+  void apply() {
+    b_.changed.assign(regions_.list.size(), 0);
+    for (const ReassignBuffers::Change& change : b_.changes) {
+      std::int16_t& owner = regions_.owner[at(change.cell)];
+      const Moments moments = grid_.moments(change.cell);
+      if (owner != kNobody) {
+        regions_.list[at(owner)].moments -= moments;
+        --regions_.list[at(owner)].cells;
+        b_.changed[at(owner)] = 1;
+      }
+      owner = change.owner;
+      if (owner != kNobody) {
+        regions_.list[at(owner)].moments += moments;
+        ++regions_.list[at(owner)].cells;
+        b_.changed[at(owner)] = 1;
+      }
+    }
+    bool any_gone = false;
+    for (std::size_t g = 0; g < regions_.list.size(); ++g) {
+      Region& region = regions_.list[g];
+      if (b_.changed[g] == 0 || !region.alive) continue;
       const auto again = fit(region.moments);
-      region.alive = again.has_value();
+      region.alive = region.cells > 0 && again.has_value();
+      any_gone = any_gone || !region.alive;
       if (again) region.fit = *again;
     }
-    for (std::int16_t& owner : regions.owner) {
-      if (owner != kNobody && !regions.list[static_cast<std::size_t>(owner)].alive) owner = kNobody;
+    if (!any_gone) return;
+    for (std::int16_t& owner : regions_.owner) {
+      if (owner != kNobody && !regions_.list[at(owner)].alive) owner = kNobody;
     }
   }
+
+  const Grid& grid_;
+  ReassignBuffers& b_;
+  Regions& regions_;
+};
+
+}  // namespace
+
+void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions) {
+  Reassigner reassigner(grid, buffers, regions);
+  reassigner.run(true);
+  reassigner.run(false);
 }
 
 }  // namespace fransac::cells

@@ -38,7 +38,19 @@ struct MergeBuffers {
 /// Merges, the most alike first. Merged regions are no longer alive; owners and fits are those of the union.
 void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions);
 
-/// Gives cells at the border of regions to the plane they fit best, and fits again.
-void reassign_borders(const Grid& grid, AlignedVector<std::int16_t>& scratch, Regions& regions);
+/// Memory of reassign_borders.
+struct ReassignBuffers {
+  struct Change {
+    std::int32_t cell;
+    std::int16_t owner;
+  };
+  UniformBuffers uniform;
+  std::vector<Change> changes;
+  std::vector<FloatPlane> planes;     ///< Per region.
+  std::vector<std::uint8_t> changed;  ///< Per region.
+};
+
+/// Gives cells at the border of regions to the plane they fit best, and fits again, twice.
+void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions);
 
 }  // namespace fransac::cells

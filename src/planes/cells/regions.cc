@@ -4,8 +4,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 #include "planes/cells/constants.hpp"
@@ -14,10 +16,10 @@ namespace fransac::cells {
 
 /// Sums over a region's cells that tell its curvature and its evidence. Positions are in cells from the region's mean.
 struct RegionBuffers::Shape {
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-  double off = 0.0;    ///< Squared distances of means.
-  double slope = 0.0;  ///< Of slopes, times half a cell.
+  std::array<std::array<double, 5>, 5> position{};  ///< [i][j]: of x^i y^j, i + j <= 4.
+  std::array<std::array<double, 3>, 3> offset{};    ///< [i][j]: of x^i y^j times the distance of the mean, i + j <= 2.
+  double off = 0.0;                                 ///< Squared distances of means.
+  double slope = 0.0;                               ///< Of slopes, times half a cell.
 };
 RegionBuffers::RegionBuffers() = default;
 RegionBuffers::~RegionBuffers() = default;
@@ -51,9 +53,9 @@ class Grower {
 
   void run(const SeedBlock& block) {
     find_seeds(block);
-    for (const RegionBuffers::Seed& seed : b_.seeds) {
+    for (const std::int32_t seed : b_.seeds) {
       if (regions_.list.size() >= static_cast<std::size_t>(std::numeric_limits<std::int16_t>::max())) return;
-      if (regions_.owner[at(seed.cell)] == kNobody) grow(block, seed.cell);
+      if (regions_.owner[at(seed)] == kNobody) grow(block, seed);
     }
   }
 
@@ -71,27 +73,83 @@ class Grower {
     }
   }
 
-  /// Blocks of usable cells, the flattest first.
+  /// Blocks of usable cells, the flattest first; of equally flat ones the upper left.
   void find_seeds(const SeedBlock& block) {
-    b_.seeds.clear();
-    for (int r = 0; r < grid_.rows; ++r) {
-      for (int c = 0; c < grid_.columns; ++c) {
-        const int centre = grid_.index(r, c);
-        if (grid_.usable[at(centre)] == 0 || regions_.owner[at(centre)] != kNobody) continue;
-        int usable = 0;
-        float sum = 0.0F;
-        for_each_of(block, centre, [&](int i) {
-          const bool is_free = grid_.usable[at(i)] != 0 && regions_.owner[at(i)] == kNobody;
-          usable += is_free ? 1 : 0;
-          sum += is_free ? grid_.residual[at(i)] : 0.0F;
-        });
-        if (usable < block.least) continue;
-        const float shape = grid_.shape[at(centre)];
-        b_.seeds.push_back({sum / (static_cast<float>(usable) * shape * shape), centre});
-      }
+    if (block.rows == 3) {
+      add_up<3>();
+    } else {
+      add_up<2>();
     }
-    std::sort(b_.seeds.begin(), b_.seeds.end(),
-              [](const auto& a, const auto& b) { return a.score < b.score || (a.score == b.score && a.cell < b.cell); });
+    // A counting sort by the leading bits of the score: steps of an eighth.
+    constexpr int kDropped = 20;
+    constexpr std::uint16_t kNone = 1U << (32 - kDropped - 1);
+    b_.first.assign(std::size_t{kNone} + 2, 0);
+    b_.rank.resize(grid_.size());
+    const int begin = grid_.index(0, 0);
+    const int end = grid_.index(grid_.rows - 1, grid_.columns);
+    for (int i = begin; i < end; ++i) {
+      const float shape = grid_.shape[at(i)];
+      const float score = b_.residual[at(i)] / (static_cast<float>(b_.number[at(i)]) * shape * shape);
+      const bool is_seed = (b_.number[at(i)] >= block.least) & (b_.free[at(i)] != 0);
+      const auto rank = static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(score) >> kDropped);
+      b_.rank[at(i)] = is_seed ? rank : kNone;
+      ++b_.first[b_.rank[at(i)] + 1U];
+    }
+    std::partial_sum(b_.first.begin(), b_.first.end(), b_.first.begin());
+    b_.seeds.resize(at(b_.first[kNone]));
+    for (int i = begin; i < end; ++i) {
+      if (const std::uint16_t rank = b_.rank[at(i)]; rank != kNone) b_.seeds[at(b_.first[rank]++)] = i;
+    }
+  }
+
+  /// Residuals and numbers of the free usable cells of every block of kSide x kSide, stored at its centre.
+  template <int kSide>
+  void add_up() {
+    const std::size_t size = grid_.size();
+    b_.free.resize(size);
+    b_.free_residual.resize(size);
+    b_.column_residual.resize(size);
+    b_.column_number.resize(size);
+    b_.residual.resize(size);
+    b_.number.resize(size);
+    const std::uint8_t* const __restrict usable = grid_.usable.data();
+    const std::int16_t* const __restrict owner = regions_.owner.data();
+    const float* const __restrict cell_residual = grid_.residual.data();
+    std::uint8_t* const __restrict is_free = b_.free.data();
+    float* const __restrict free_residual = b_.free_residual.data();
+    for (std::size_t i = 0; i < size; ++i) {
+      is_free[i] = static_cast<std::uint8_t>(usable[i] & static_cast<int>(owner[i] == kNobody));
+      free_residual[i] = is_free[i] != 0 ? cell_residual[i] : 0.0F;
+    }
+    const auto stride = at(grid_.stride);
+    const std::size_t up = kSide / 2 * stride;
+    const std::size_t left = kSide / 2;
+    float* const __restrict column_residual = b_.column_residual.data();
+    std::uint8_t* const __restrict column_number = b_.column_number.data();
+    for (std::size_t i = stride; i < size - stride; ++i) {
+      const std::size_t j = i - up;
+      float sum = free_residual[j] + free_residual[j + stride];
+      int number = is_free[j] + is_free[j + stride];
+      if constexpr (kSide == 3) {
+        sum += free_residual[j + 2 * stride];
+        number += is_free[j + 2 * stride];
+      }
+      column_residual[i] = sum;
+      column_number[i] = static_cast<std::uint8_t>(number);
+    }
+    float* const __restrict residual = b_.residual.data();
+    std::uint8_t* const __restrict total = b_.number.data();
+    for (std::size_t i = stride + 1; i < size - stride - 1; ++i) {
+      const std::size_t j = i - left;
+      float sum = column_residual[j] + column_residual[j + 1];
+      int number = column_number[j] + column_number[j + 1];
+      if constexpr (kSide == 3) {
+        sum += column_residual[j + 2];
+        number += column_number[j + 2];
+      }
+      residual[i] = sum;
+      total[i] = static_cast<std::uint8_t>(number);
+    }
   }
 
   void grow(const SeedBlock& block, int centre) {
@@ -108,46 +166,60 @@ class Grower {
                       static_cast<double>(grid_.tolerance(centre, kC.usable_k * grid_.noise.pixel, seed_length_))) {
       return;
     }
-    constexpr int kPasses = 2;
-    for (int pass = 0; pass < kPasses; ++pass) {
-      plane = flood(centre, *plane, pass == 0, moments);
-      if (!plane) return;
-    }
+    b_.members.clear();
+    ++stamp_;
+    if (!grid_.fits(centre, FloatPlane(plane->plane))) return;
+    add(centre);
+    moments = {};
+    if (!(plane = spread(0, *plane, true, moments))) return;
+    // Cells that were taken under an early plane are judged again by the last one, and with it the region may go on.
+    drop_misfits(*plane, moments);
+    if (!(plane = fit(moments))) return;
+    if (!(plane = spread(b_.members.size(), *plane, false, moments))) return;
     if (static_cast<int>(b_.members.size()) < block.least_members) return;
     const auto id = static_cast<std::int16_t>(regions_.list.size());
     for (const int i : b_.members) regions_.owner[at(i)] = id;
     regions_.list.push_back({.moments = moments, .fit = *plane, .cells = static_cast<int>(b_.members.size())});
   }
 
-  /// Fills `members` with the free cells that links join to `centre` and that fit; the plane through them.
-  std::optional<PlaneFit> flood(int centre, const PlaneFit& start, bool refit, Moments& moments) {
-    std::vector<std::int32_t>& members = b_.members;
-    members.clear();
-    moments = {};
-    InversePlane plane = start.plane;
-    if (!grid_.fits(centre, plane, grid_.slack[at(centre)])) return std::nullopt;
-    ++stamp_;
-    members.push_back(centre);
-    b_.mark[at(centre)] = stamp_;
+  void add(int cell) {
+    b_.members.push_back(cell);
+    b_.mark[at(cell)] = stamp_;
+  }
+
+  /// Adds the free cells that links join to the members and that fit. The moments of the first `counted` members are in
+  /// `moments` already; the plane through all.
+  std::optional<PlaneFit> spread(std::size_t counted, const PlaneFit& start, bool refit, Moments& moments) {
+    FloatPlane plane(start.plane);
     auto next = static_cast<std::size_t>(kC.least_cells * kC.grow_ratio);
-    for (std::size_t head = 0; head < members.size(); ++head) {
-      const int i = members[head];
-      moments += grid_.moments(i);
+    for (std::size_t head = 0; head < b_.members.size(); ++head) {
+      const int i = b_.members[head];
+      if (head >= counted) moments += grid_.moments(i);
       if (refit && head + 1 >= next) {
-        if (const auto better = fit(moments)) plane = better->plane;
+        if (const auto better = fit(moments)) plane = FloatPlane(better->plane);
         next = static_cast<std::size_t>(static_cast<double>(next) * kC.grow_ratio) + 1;
       }
       const std::uint8_t links = grid_.links[at(i)];
-      for (int direction = 0; direction < 4; ++direction) {
-        if ((links >> direction & 1) == 0) continue;
-        const int j = i + grid_.step(direction);
-        if (b_.mark[at(j)] == stamp_ || regions_.owner[at(j)] != kNobody) continue;
-        if (!grid_.fits(j, plane, grid_.slack[at(j)])) continue;
-        b_.mark[at(j)] = stamp_;
-        members.push_back(j);
-      }
+      const auto try_cell = [&](std::uint8_t link, int j) {
+        if ((links & link) == 0 || b_.mark[at(j)] == stamp_ || regions_.owner[at(j)] != kNobody) return;
+        if (grid_.fits(j, plane)) add(j);
+      };
+      try_cell(Grid::kRight, i + 1);
+      try_cell(Grid::kDown, i + grid_.stride);
+      try_cell(Grid::kLeft, i - 1);
+      try_cell(Grid::kUp, i - grid_.stride);
     }
     return fit(moments);
+  }
+
+  void drop_misfits(const PlaneFit& fitted, Moments& moments) {
+    const FloatPlane plane(fitted.plane);
+    std::erase_if(b_.members, [&](int i) {
+      if (grid_.fits(i, plane)) return false;
+      moments -= grid_.moments(i);
+      b_.mark[at(i)] = -1;
+      return true;
+    });
   }
 
   const Grid& grid_;
@@ -181,46 +253,77 @@ class Judge {
   void run() {
     shapes_.assign(regions_.list.size(), {});
     for (int r = 0; r < grid_.rows; ++r) {
-      for (int c = 0; c < grid_.columns; ++c) add(grid_.index(r, c));
+      for (int first = grid_.index(r, 0); first < grid_.index(r, grid_.columns);) {
+        const std::int16_t owner = regions_.owner[at(first)];
+        int end = first + 1;
+        while (end < grid_.index(r, grid_.columns) && regions_.owner[at(end)] == owner) ++end;
+        if (owner != kNobody) add(first, end, regions_.list[at(owner)].fit, shapes_[at(owner)]);
+        first = end;
+      }
     }
     for (std::size_t g = 0; g < regions_.list.size(); ++g) {
       Region& region = regions_.list[g];
-      region.alive = !is_curved(region, shapes_[g]) && evidence(region, shapes_[g]) >= kC.least_evidence;
+      region.alive = evidence(region, shapes_[g]) >= kC.least_evidence && !is_curved(region, shapes_[g]);
     }
     for (std::int16_t& owner : regions_.owner) {
-      if (owner != kNobody && !regions_.list[static_cast<std::size_t>(owner)].alive) owner = kNobody;
+      if (owner != kNobody && !regions_.list[at(owner)].alive) owner = kNobody;
     }
   }
 
  private:
   static constexpr double kPerPixel = 1.0 / kernels::kCell;
 
-  void add(int cell) {
-    const std::int16_t owner = regions_.owner[at(cell)];
-    if (owner == kNobody) return;
-    const PlaneFit& plane = regions_.list[static_cast<std::size_t>(owner)].fit;
-    RegionBuffers::Shape& shape = shapes_[static_cast<std::size_t>(owner)];
-    const auto u = static_cast<double>(grid_.u[at(cell)]);
-    const auto v = static_cast<double>(grid_.v[at(cell)]);
-    const double x = (u - plane.u) * kPerPixel;
-    const double y = (v - plane.v) * kPerPixel;
-    const double off = static_cast<double>(grid_.q[at(cell)]) - plane.plane.at(u, v);
-    Eigen::Matrix<double, 6, 1> basis;
-    basis << 1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y;
-    shape.normal.selfadjointView<Eigen::Lower>().rankUpdate(basis);
-    shape.right += off * basis;
-    shape.off += off * off;
-    const double a = static_cast<double>(Grid::kHalfCell) * (static_cast<double>(grid_.du[at(cell)]) - plane.plane.du);
-    const double b = static_cast<double>(Grid::kHalfCell) * (static_cast<double>(grid_.dv[at(cell)]) - plane.plane.dv);
-    shape.slope += a * a + b * b;
+  /// Adds a run of cells of one row; their centres stand for their mean rows, which differ little.
+  void add(int first, int end, const PlaneFit& plane, RegionBuffers::Shape& shape) const {
+    std::array<double, 5> x_power{};
+    std::array<double, 3> off_x{};
+    for (int i = first; i < end; ++i) {
+      const auto u = static_cast<double>(grid_.u[at(i)]);
+      const double x = (u - plane.u) * kPerPixel;
+      const double off = static_cast<double>(grid_.q[at(i)]) - plane.plane.at(u, static_cast<double>(grid_.v[at(i)]));
+      const double a = static_cast<double>(Grid::kHalfCell) * (static_cast<double>(grid_.du[at(i)]) - plane.plane.du);
+      const double b = static_cast<double>(Grid::kHalfCell) * (static_cast<double>(grid_.dv[at(i)]) - plane.plane.dv);
+      const double xx = x * x;
+      x_power[1] += x;
+      x_power[2] += xx;
+      x_power[3] += xx * x;
+      x_power[4] += xx * xx;
+      off_x[0] += off;
+      off_x[1] += off * x;
+      off_x[2] += off * xx;
+      shape.off += off * off;
+      shape.slope += a * a + b * b;
+    }
+    x_power[0] = end - first;
+    const double y = (static_cast<double>(grid_.v[at(first)]) - plane.v) * kPerPixel;
+    double y_power = 1.0;
+    for (std::size_t j = 0; j < 5; ++j, y_power *= y) {
+      for (std::size_t i = 0; i + j < 5; ++i) shape.position[i][j] += x_power[i] * y_power;
+      for (std::size_t i = 0; i + j < 3; ++i) shape.offset[i][j] += off_x[i] * y_power;
+    }
   }
 
   /// A surface of radius R bends q by 1 / (R f^2) per squared pixel, however far it is (docs/algorithms.md, "Curved surfaces").
   [[nodiscard]] bool is_curved(const Region& region, const RegionBuffers::Shape& shape) const {
-    const Eigen::Matrix<double, 6, 6> normal = shape.normal.selfadjointView<Eigen::Lower>();
+    // Least squares of the distances in 1, x, y, x^2/2, xy, y^2/2.
+    struct Term {
+      std::size_t x, y;
+      double factor;
+    };
+    constexpr std::array<Term, 6> kTerms{{{0, 0, 1.0}, {1, 0, 1.0}, {0, 1, 1.0}, {2, 0, 0.5}, {1, 1, 1.0}, {0, 2, 0.5}}};
+    Eigen::Matrix<double, 6, 6> normal;
+    Eigen::Matrix<double, 6, 1> right;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const Term& a = kTerms[i];
+      for (std::size_t j = 0; j < 6; ++j) {
+        const Term& b = kTerms[j];
+        normal(static_cast<int>(i), static_cast<int>(j)) = a.factor * b.factor * shape.position[a.x + b.x][a.y + b.y];
+      }
+      right[static_cast<int>(i)] = a.factor * shape.offset[a.x][a.y];
+    }
     const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(normal);
-    const Eigen::Matrix<double, 6, 1> solution = solver.solve(shape.right);
-    const double rest = std::max(0.0, shape.off - solution.dot(shape.right)) / std::max(1, region.cells - 6);
+    const Eigen::Matrix<double, 6, 1> solution = solver.solve(right);
+    const double rest = std::max(0.0, shape.off - solution.dot(right)) / std::max(1, region.cells - 6);
     const double variance = std::max(rest, std::pow(kC.curved_noise * grid_.noise.cell, 2));
     const Bend most = strongest_bend(solution[3], solution[4], solution[5]);
     const Eigen::Vector2d& e = most.direction;
@@ -254,6 +357,23 @@ class Judge {
 };
 
 }  // namespace
+
+void find_uniform(const Grid& grid, const AlignedVector<std::int16_t>& owner, UniformBuffers& buffers) {
+  buffers.row.resize(grid.size());
+  buffers.uniform.resize(grid.size());
+  const auto stride = at(grid.stride);
+  const std::int16_t* const __restrict o = owner.data();
+  std::uint8_t* const __restrict row = buffers.row.data();
+  const std::size_t size = grid.size();
+  for (std::size_t i = 1; i < size - 1; ++i) {
+    row[i] = static_cast<std::uint8_t>(static_cast<int>(o[i - 1] == o[i]) & static_cast<int>(o[i] == o[i + 1]));
+  }
+  std::uint8_t* const __restrict uniform = buffers.uniform.data();
+  for (std::size_t i = stride + 1; i < size - stride - 1; ++i) {
+    uniform[i] = static_cast<std::uint8_t>(row[i - stride] & row[i] & row[i + stride] & static_cast<int>(o[i - stride] == o[i]) &
+                                           static_cast<int>(o[i] == o[i + stride]));
+  }
+}
 
 void grow_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions) {
   Grower grower(grid, buffers, regions);

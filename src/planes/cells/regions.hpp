@@ -28,11 +28,15 @@ struct Regions {
 
 /// Memory of grow_regions.
 struct RegionBuffers {
-  struct Seed {
-    float score;
-    std::int32_t cell;
-  };
-  std::vector<Seed> seeds;
+  AlignedVector<std::uint8_t> free;           ///< Usable cells of no region,
+  AlignedVector<float> free_residual;         ///< and what they add to
+  AlignedVector<float> column_residual;       ///< sums over the columns of blocks
+  AlignedVector<float> residual;              ///< and over blocks.
+  AlignedVector<std::uint8_t> column_number;  ///< How many those are.
+  AlignedVector<std::uint8_t> number;
+  std::vector<std::uint16_t> rank;     ///< Of each seed, by flatness.
+  std::vector<std::int32_t> first;     ///< Where the seeds of a rank start.
+  std::vector<std::int32_t> seeds;     ///< Cells, the flattest first.
   std::vector<std::int32_t> members;
   AlignedVector<std::int32_t> mark;
   struct Shape;
@@ -44,5 +48,12 @@ struct RegionBuffers {
 
 /// Grows regions from the flattest places and keeps those that are flat and no chance.
 void grow_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions);
+
+/// Which cells have the same owner as all their eight neighbours.
+struct UniformBuffers {
+  AlignedVector<std::uint8_t> row;  ///< Left and right.
+  AlignedVector<std::uint8_t> uniform;
+};
+void find_uniform(const Grid& grid, const AlignedVector<std::int16_t>& owner, UniformBuffers& buffers);
 
 }  // namespace fransac::cells
