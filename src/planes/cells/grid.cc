@@ -102,11 +102,12 @@ constexpr float kFull = kCell * kCell - kCell / 2;  // a few pixels may be missi
 /// One sigma of `values` against the mean of a cell's two neighbours, from its 30 % quantile; a plane has none.
 double second_difference(const Grid& grid, const AlignedVector<float>& values, AlignedVector<float>& sample) {
   sample.clear();
+  bool across = false;
   Sampled(grid).for_each([&](int i) {
-    for (const int step : {1, grid.stride}) {
-      if (grid.n[at(i)] < kFull || grid.n[at(i - step)] < kFull || grid.n[at(i + step)] < kFull) continue;
-      sample.push_back(std::abs(values[at(i)] - 0.5F * (values[at(i - step)] + values[at(i + step)])) / grid.shape[at(i)]);
-    }
+    across = !across;
+    const int step = across ? 1 : grid.stride;
+    if (grid.n[at(i)] < kFull || grid.n[at(i - step)] < kFull || grid.n[at(i + step)] < kFull) return;
+    sample.push_back(std::abs(values[at(i)] - 0.5F * (values[at(i - step)] + values[at(i + step)])) / grid.shape[at(i)]);
   });
   // |x| of a normal x with sigma 1 is below 0.3853 in 30 % of all cases; the difference of three values has variance 1.5.
   constexpr double kToSigma = 1.0 / (0.3853 * 1.2247);
@@ -151,16 +152,23 @@ Noise estimate_noise(const SensorModel& sensor, GridBuffers& buffers, const Grid
 
 /// Multiplies the shape by how much noisier than the frame the flattest cell nearby is.
 void add_local_noise(GridBuffers& buffers, Grid& grid) {
-  AlignedVector<float>& least = buffers.least_residual;
-  least.resize(grid.size());
+  AlignedVector<float>& least_residual = buffers.least_residual;
+  least_residual.resize(grid.size());
+  const auto lesser = [](float a, float b) { return a < b ? a : b; };  // std::min's references keep loops scalar
   const auto stride = at(grid.stride);
-  const float* const r = grid.residual.data();
-  for (std::size_t i = stride; i < grid.size() - stride; ++i) least[i] = std::min(std::min(r[i - stride], r[i]), r[i + stride]);
+  const std::size_t size = grid.size();
+  const float* const __restrict residual = grid.residual.data();
+  float* const __restrict least = least_residual.data();
+  for (std::size_t i = stride; i < size - stride; ++i) {
+    least[i] = lesser(lesser(residual[i - stride], residual[i]), residual[i + stride]);
+  }
   const auto scale = static_cast<float>(kC.noise_gain / grid.noise.pixel);
   const auto most = static_cast<float>(kC.local_noise);
-  for (std::size_t i = stride + 1; i < grid.size() - stride - 1; ++i) {
-    const float least_near = std::min(std::min(least[i - 1], least[i]), least[i + 1]);
-    grid.shape[i] *= std::clamp(scale * std::sqrt(least_near) / grid.shape[i], 1.0F, most);
+  float* const __restrict shape = grid.shape.data();
+  for (std::size_t i = stride + 1; i < size - stride - 1; ++i) {
+    const float near = scale * std::sqrt(lesser(lesser(least[i - 1], least[i]), least[i + 1]));
+    const float bounded = lesser(near, most * shape[i]);
+    shape[i] = bounded > shape[i] ? bounded : shape[i];
   }
 }
 
@@ -203,7 +211,7 @@ void find_links(Grid& grid, int step, std::uint8_t there, std::uint8_t back) {
   const float* const __restrict dv = grid.dv.data();
   const float* const __restrict shape = grid.shape.data();
   const std::uint8_t* const __restrict usable = grid.usable.data();
-  std::uint8_t* const __restrict linked = grid.linked.data();
+  std::int32_t* const __restrict linked = grid.linked.data();
   const std::ptrdiff_t first = grid.index(0, 0);
   const std::ptrdiff_t end = grid.index(grid.rows - 1, grid.columns);
   for (std::ptrdiff_t i = first; i < end; ++i) {
@@ -217,14 +225,12 @@ void find_links(Grid& grid, int step, std::uint8_t there, std::uint8_t back) {
     const float fourth = mean * mean * mean * mean;
     const bool level = jump * jump <= jump_k * jump_k * squared_noise + jump_m * jump_m * fourth;
     const bool straight = x * x + y * y <= bend_k * bend_k * squared_noise + bend_m * bend_m * fourth;
-    linked[i] = static_cast<std::uint8_t>(usable[i] & usable[j] & static_cast<int>(level) & static_cast<int>(straight));
+    linked[i] = static_cast<std::int32_t>(level) & static_cast<std::int32_t>(straight);
   }
-  for (std::ptrdiff_t i = first; i < end; ++i) {
-    grid.links[static_cast<std::size_t>(i)] |= static_cast<std::uint8_t>(linked[i] * there | linked[i - step] * back);
-  }
-  for (std::ptrdiff_t i = end; i < end + step && i - step >= first; ++i) {
-    grid.links[static_cast<std::size_t>(i)] |= static_cast<std::uint8_t>(linked[i - step] * back);
-  }
+  for (std::ptrdiff_t i = first; i < end; ++i) linked[i] &= usable[i] & usable[i + step];
+  std::uint8_t* const __restrict links = grid.links.data();
+  for (std::ptrdiff_t i = first; i < end; ++i) links[i] |= static_cast<std::uint8_t>(linked[i] * there);
+  for (std::ptrdiff_t i = first; i < end; ++i) links[i + step] |= static_cast<std::uint8_t>(linked[i] * back);
 }
 
 }  // namespace
@@ -263,7 +269,7 @@ void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Sen
   add_local_noise(buffers, grid);
   find_usable(grid);
   std::fill(grid.links.begin(), grid.links.end(), std::uint8_t{0});
-  std::fill(grid.linked.begin(), grid.linked.end(), std::uint8_t{0});
+  std::fill(grid.linked.begin(), grid.linked.end(), 0);
   find_links(grid, 1, Grid::kRight, Grid::kLeft);
   find_links(grid, grid.stride, Grid::kDown, Grid::kUp);
 }

@@ -111,7 +111,7 @@ class Grid {
   AlignedVector<float> slack;   ///< Square of what a member of a region may be off, per metre.
   AlignedVector<std::uint8_t> usable;
   AlignedVector<std::uint8_t> links;   ///< kRight | kDown | kLeft | kUp
-  AlignedVector<std::uint8_t> linked;  ///< Of one direction.
+  AlignedVector<std::int32_t> linked;  ///< Of one direction.
   Noise noise;
 
   static constexpr std::uint8_t kRight = 1;
