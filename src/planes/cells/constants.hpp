@@ -35,6 +35,8 @@ namespace fransac::cells {
   X(least_evidence, 66)                                                                                                         \
   /* Curved: a radius below this, by two sigma, and a sag that is more than noise. */                                           \
   X(curved_radius_m, 0.7) X(curved_k, 0.35) X(curved_m, 0.002) X(curved_noise, 0.6)                                             \
+  /* A patch of a curved surface: so much of its border goes on smoothly, bending by less than about ten degrees. */           \
+  X(smooth_share, 0.7) X(slight_bend, 0.17)                                                                                     \
   /* Merging neighbours without a jump; the wider one where the surface is smooth. */                                           \
   X(near_k, 3.5) X(near_m, 0.002) X(near_smooth_m, 0.012)                                                                       \
   /* Merging across what hides them: residual, prediction, correlation length of slow errors in cells, share seen past. */      \

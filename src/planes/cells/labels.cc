@@ -205,11 +205,15 @@ class RowLabeller {
     const double a = plane.du * camera_.fx;
     const double b = plane.dv * camera_.fy;
     const double c = plane.at(camera_.cx - 0.5 * grid_.width, camera_.cy - 0.5 * grid_.height);
+    constexpr double kHorizon = 0.8;
     const double footprint = std::sqrt(a * a + b * b + c * c) / (camera_.fx * camera_.fy);
     for (std::size_t k = 0; k < cells; ++k) {
       if (evidence.count[k] == 0) continue;
       const double u = static_cast<double>(at(first) + k) * kCell + 0.5 * (kCell - 1);
-      const double q = plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height);
+      // Near its horizon a plane says nothing of depth, and a cell of mixed depths does not; where they agree the plane is better.
+      const auto measured = static_cast<double>(grid_.q[at(grid_.index(row, first) + static_cast<int>(k))]);
+      const double on_plane = plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height);
+      const double q = measured > 0.0 && on_plane < kHorizon * measured ? measured : on_plane;
       if (!(q > 0.0)) continue;
       const double z = 1.0 / q;
       const auto count = static_cast<double>(evidence.count[k]);

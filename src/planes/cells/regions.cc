@@ -20,6 +20,8 @@ struct RegionBuffers::Shape {
   std::array<std::array<double, 3>, 3> offset{};    ///< [i][j]: of x^i y^j times the distance of the mean, i + j <= 2.
   double off = 0.0;                                 ///< Squared distances of means.
   double slope = 0.0;                               ///< Of slopes, times half a cell.
+  int border = 0;                                   ///< Sides of cells with another owner beyond,
+  int smooth = 0;                                   ///< of them crossed by a smooth surface.
 };
 RegionBuffers::RegionBuffers() = default;
 RegionBuffers::~RegionBuffers() = default;
@@ -250,20 +252,26 @@ class Judge {
   Judge(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions)
       : grid_(grid), camera_(camera), shapes_(buffers.shapes), regions_(regions) {}
 
-  void run() {
+  void run(Judgement what) {
     shapes_.assign(regions_.list.size(), {});
     for (int r = 0; r < grid_.rows; ++r) {
       for (int first = grid_.index(r, 0); first < grid_.index(r, grid_.columns);) {
         const std::int16_t owner = regions_.owner[at(first)];
         int end = first + 1;
         while (end < grid_.index(r, grid_.columns) && regions_.owner[at(end)] == owner) ++end;
-        if (owner != kNobody) add(first, end, regions_.list[at(owner)].fit, shapes_[at(owner)]);
+        if (owner != kNobody) {
+          add(first, end, regions_.list[at(owner)].fit, shapes_[at(owner)]);
+          for (int i = first; i < end; ++i) look_around(i, owner, i == first, i + 1 == end, shapes_[at(owner)]);
+        }
         first = end;
       }
     }
     for (std::size_t g = 0; g < regions_.list.size(); ++g) {
       Region& region = regions_.list[g];
-      region.alive = evidence(region, shapes_[g]) >= kC.least_evidence && !is_curved(region, shapes_[g]);
+      if (!region.alive) continue;
+      const RegionBuffers::Shape& shape = shapes_[g];
+      region.alive = what == Judgement::chance ? evidence(region, shape) >= kC.least_evidence
+                                               : shape.smooth <= kC.smooth_share * shape.border && !is_curved(region, shape);
     }
     for (std::int16_t& owner : regions_.owner) {
       if (owner != kNobody && !regions_.list[at(owner)].alive) owner = kNobody;
@@ -303,6 +311,36 @@ class Judge {
     }
   }
 
+  /// Planes end at edges. Where the surface goes on smoothly, without a jump and with a slight bend, it is a curved one.
+  void look_around(int i, std::int16_t owner, bool first, bool last, RegionBuffers::Shape& shape) const {
+    const auto look = [&](int j) {
+      if (regions_.owner[at(j)] == owner) return;
+      ++shape.border;
+      if (grid_.usable[at(j)] != 0 && goes_on(i, j)) ++shape.smooth;
+    };
+    if (first) look(i - 1);
+    if (last) look(i + 1);
+    look(i - grid_.stride);
+    look(i + grid_.stride);
+  }
+
+  [[nodiscard]] bool goes_on(int i, int j) const {
+    const auto difference = [&](const AlignedVector<float>& values) {
+      return static_cast<double>(values[at(j)]) - static_cast<double>(values[at(i)]);
+    };
+    const auto mean = [&](const AlignedVector<float>& values) {
+      return 0.5 * (static_cast<double>(values[at(j)]) + static_cast<double>(values[at(i)]));
+    };
+    const double jump = difference(grid_.q) - mean(grid_.du) * difference(grid_.u) - mean(grid_.dv) * difference(grid_.v);
+    const double shape = static_cast<double>(std::max(grid_.shape[at(i)], grid_.shape[at(j)]));
+    const double q = mean(grid_.q);
+    if (std::abs(jump) > std::hypot(kC.jump_k * grid_.noise.cell * shape, kC.jump_m * q * q)) return false;
+    // A plane's slope in depth over the image plane at z = 1 is its slope in q over q.
+    const double bend = std::hypot(camera_.fx * difference(grid_.du), camera_.fy * difference(grid_.dv)) / q;
+    const double noise = kC.bend_k * grid_.noise.cell * shape * camera_.fx / (static_cast<double>(Grid::kHalfCell) * q);
+    return bend <= std::hypot(kC.slight_bend, noise);
+  }
+
   /// A surface of radius R bends q by 1 / (R f^2) per squared pixel, however far it is (docs/algorithms.md, "Curved surfaces").
   [[nodiscard]] bool is_curved(const Region& region, const RegionBuffers::Shape& shape) const {
     // Least squares of the distances in 1, x, y, x^2/2, xy, y^2/2.
@@ -336,8 +374,11 @@ class Judge {
     // A strip of uniform density has twelve times its variance as squared length.
     const double squared_length = 12.0 * (e[0] * e[0] * f.uu + 2.0 * e[0] * e[1] * f.uv + e[1] * e[1] * f.vv);
     const double sag = bend * squared_length / 8.0;  // of inverse depth
+    const double radius = 1.0 / (bend * camera_.fx * camera_.fy);
+    // The wider a surface curves, the more of its sag may be the sensor's.
+    const double wide = std::max(1.0, std::pow(radius / kC.curved_radius_m, 2));
     const double length = kC.curved_m * grid_.noise.bias_scale * f.q * f.q;
-    return bend * camera_.fx * camera_.fy * kC.curved_radius_m > 1.0 && sag > std::hypot(kC.curved_k * grid_.noise.cell, length);
+    return sag > wide * std::hypot(kC.curved_k * grid_.noise.cell, length);
   }
 
   /// How improbable it is that cells of unrelated surfaces agree this well, in nats (docs/algorithms.md, "Evidence").
@@ -375,10 +416,13 @@ void find_uniform(const Grid& grid, const AlignedVector<std::int16_t>& owner, Un
   }
 }
 
-void grow_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions) {
+void grow_regions(const Grid& grid, RegionBuffers& buffers, Regions& regions) {
   Grower grower(grid, buffers, regions);
   for (const SeedBlock& block : seed_blocks()) grower.run(block);
-  Judge(grid, camera, buffers, regions).run();
+}
+
+void judge_regions(const Grid& grid, const Camera& camera, Judgement what, RegionBuffers& buffers, Regions& regions) {
+  Judge(grid, camera, buffers, regions).run(what);
 }
 
 }  // namespace fransac::cells

@@ -46,8 +46,17 @@ struct RegionBuffers {
   ~RegionBuffers();
 };
 
-/// Grows regions from the flattest places and keeps those that are flat and no chance.
-void grow_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions);
+/// Grows regions from the flattest places.
+void grow_regions(const Grid& grid, RegionBuffers& buffers, Regions& regions);
+
+/// What speaks against a region.
+enum class Judgement {
+  chance,  ///< So few cells that agree no better may be of unrelated surfaces.
+  curved,  ///< A piece of a curved surface.
+};
+/// Keeps the regions that nothing speaks against. Chance is judged before regions merge, so that it does not join them;
+/// curvature after neighbours have merged, which shows more of it.
+void judge_regions(const Grid& grid, const Camera& camera, Judgement what, RegionBuffers& buffers, Regions& regions);
 
 /// Which cells have the same owner as all their eight neighbours.
 struct UniformBuffers {
