@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 using testing::FloatImage;
 using ::testing::HasSubstr;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A sloping plane with noise of 1 % in depth, and holes.
 FloatImage noisy_image(const Camera& camera = testing::small_camera()) {
@@ -47,7 +47,7 @@ PointCloud organised_cloud(int width, int height, const std::function<Vector3d(i
 PointCloud cloud_of_image(FloatImage& image) {
   return organised_cloud(image.camera.width, image.camera.height, [&](int u, int v) -> Vector3d {
     const auto z = static_cast<double>(image.at(u, v));
-    return z > 0.0 ? z * testing::ray(image.camera, u, v) : Vector3d::Constant(static_cast<double>(kNaN));
+    return (z > 0.0 ? z : kNaN) * testing::ray(image.camera, u, v);
   });
 }
 
@@ -138,7 +138,6 @@ struct Refused {
 };
 
 std::vector<Refused> refused_clouds() {
-  const Camera camera = testing::small_camera();
   FloatImage image = noisy_image();
   const PointCloud good = cloud_of_image(image);
   std::vector<Refused> all;

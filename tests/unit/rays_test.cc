@@ -99,11 +99,11 @@ TEST(Rays, AnIdealPixelShowsTheNearestRayAndThereAreNoHoles) {
       const double lens_u = lens.camera.fx * seen.x() + lens.camera.cx;
       const double lens_v = lens.camera.fy * seen.y() + lens.camera.cy;
       if (lens_u < 0.01 || lens_u > lens.camera.width - 1.01 || lens_v < 0.01 || lens_v > lens.camera.height - 1.01) continue;
-      ++inside;
-      double nearest = std::numeric_limits<double>::infinity();
-      for (std::size_t i = 0; i < lens.rays.x.size(); ++i) nearest = std::min(nearest, (lens.place(i) - Vector2d(u, v)).norm());
       const std::uint32_t shown = map.original[static_cast<std::size_t>(v * lens.ideal.width + u)];
       ASSERT_NE(shown, RayMap::kNone) << u << ", " << v;
+      if (++inside % 29 != 0) continue;  // the search through all rays takes its time
+      double nearest = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < lens.rays.x.size(); ++i) nearest = std::min(nearest, (lens.place(i) - Vector2d(u, v)).norm());
       ASSERT_NEAR((lens.place(shown) - Vector2d(u, v)).norm(), nearest, 1e-4) << u << ", " << v;
     }
   }
