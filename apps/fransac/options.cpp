@@ -198,14 +198,14 @@ void add_sensor_parameters(CLI::App& app, SensorOptions& sensor) {
   std::string names;
   for_each_parameter(sensor, [&](const SensorParameter& parameter, const auto& /*value*/) {
     const std::string range = fmt::format("{}, {} to {}", parameter.unit, parameter.min, parameter.max);
-    names += fmt::format("{}{}: {} [{}]", names.empty() ? "" : "; ", parameter.name, parameter.help, range);
+    names += fmt::format("{}{}: {} ({})", names.empty() ? "" : "; ", parameter.name, parameter.help, range);
   });
   const auto set = [&sensor, flag](const std::vector<std::string>& texts) {
     std::vector<std::string> given;
     for (const std::string& text : texts) set_parameter(flag, text, sensor, given);
   };
   app.add_option_function<std::vector<std::string>>(
-         flag, set, "a number of the sensor, once for each (default: by the kind of sensor): " + names)
+         flag, set, fmt::format("a number of the sensor, once for each: {} [default: by the kind of sensor]", names))
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false)
       ->group(kGroup);

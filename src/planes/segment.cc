@@ -409,14 +409,17 @@ Status segment_organised(const PointCloud& cloud, const SegmentOptions& options,
   clock.end(Stage::deproject);
   if (found) {
     const DepthView depth = organised.view();
-    Status status = segment_source(DepthSource{depth, organised.camera}, options, workspace, segmentation);
+    if (Status status = segment_source(DepthSource{depth, organised.camera}, options, workspace, segmentation); !status) {
+      return status;
+    }
     segmentation.timing.stage_ms[static_cast<std::size_t>(Stage::deproject)] += before.total_ms;
     segmentation.timing.total_ms += before.total_ms;
-    return status;
+    return {};
   }
   const bool no_image = found.error().code == ErrorCode::unsupported;
-  if (no_image && options.method == Method::automatic)
+  if (no_image && options.method == Method::automatic) {
     return segment_source(CloudSource{cloud}, options, workspace, segmentation);
+  }
   reset(segmentation, Method::cells, 0, 0);
   if (!no_image) return found;
   return Error{ErrorCode::unsupported,
