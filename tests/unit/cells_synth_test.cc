@@ -89,7 +89,8 @@ TEST(CellsSynth, CurvedThingsAreNoPlanes) {
 TEST(CellsSynth, CovarianceIsNotOverconfident) {
   std::vector<double> squares;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
-    const synth::SynthFrame frame = rendered({.scene = "empty_room", .seed = seed});
+    const synth::SynthFrame frame =
+        rendered({.scene = "empty_room", .seed = seed, .camera = {320, 240, 262.5, 262.5, 159.5, 119.5, 5000.0}});
     const Segmentation s = cells(view_of(frame), frame.camera);
     for (const TruePlane& pair : pairs_of(frame, s)) {
       Eigen::Vector4d error;
@@ -110,7 +111,7 @@ TEST(CellsSynth, CovarianceIsNotOverconfident) {
 TEST(CellsSynth, ThreadsDoNotChangeTheAnswer) {
   const Camera hd{1920, 1080, 1575.0, 1575.0, 959.5, 539.5, 5000.0};
   for (const Camera& camera : {synth::SynthOptions{}.camera, hd}) {
-    const synth::SynthFrame frame = rendered({.scene = "office", .camera = camera});
+    const synth::SynthFrame frame = rendered({.scene = "desk", .camera = camera});
     SegmentOptions options = cells_options();
     const Segmentation serial = cells(view_of(frame), camera, options);
     EXPECT_GE(serial.planes.size(), 2U);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "fransac/core/depth_image.hpp"
 #include "fransac/core/parallel.hpp"
 #include "planes/cells/constants.hpp"
 
@@ -209,8 +210,8 @@ class RowLabeller {
     for (std::size_t k = 0; k < cells; ++k) {
       if (evidence.count[k] == 0) continue;
       const double u = static_cast<double>(at(first) + k) * kCell + 0.5 * (kCell - 1);
-      const double q = plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height);
-      if (!(q > 0.0)) continue;
+      // A cell whose pixels are labelled can have its centre beyond the plane's horizon.
+      const double q = std::max(plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height), 1.0 / static_cast<double>(kMaxDepth_m));
       const double z = 1.0 / q;
       const auto count = static_cast<double>(evidence.count[k]);
       sum.count += evidence.count[k];
