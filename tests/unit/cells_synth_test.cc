@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "cells.hpp"
@@ -75,7 +75,7 @@ TEST(CellsSynth, EverySensorsPlanesAreFound) {
 
 TEST(CellsSynth, CurvedThingsAreNoPlanes) {
   for (const synth::Sensor sensor : kSensors) {
-    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    for (std::uint64_t seed = 0; seed < 2; ++seed) {
       SCOPED_TRACE(::testing::Message() << "sensor " << static_cast<int>(sensor) << ", seed " << seed);
       const synth::SynthFrame frame = rendered({.scene = "curved", .sensor = sensor, .seed = seed});
       const Segmentation s = cells(view_of(frame), frame.camera);
@@ -109,16 +109,24 @@ TEST(CellsSynth, CovarianceIsNotOverconfident) {
 }
 
 TEST(CellsSynth, ThreadsDoNotChangeTheAnswer) {
-  const Camera hd{1920, 1080, 1575.0, 1575.0, 959.5, 539.5, 5000.0};
-  for (const Camera& camera : {synth::SynthOptions{}.camera, hd}) {
-    const synth::SynthFrame frame = rendered({.scene = "desk", .camera = camera});
+  const synth::SynthFrame frame = rendered({.scene = "office"});
+  for (const auto& [width, height] : {std::pair{640, 480}, {1920, 1080}}) {
+    Camera camera = frame.camera;
+    camera.width = width;
+    camera.height = height;
+    // The same picture over and over.
+    std::vector<std::uint16_t> pixels;
+    for (int v = 0; v < height; ++v) {
+      for (int u = 0; u < width; ++u) pixels.push_back(frame.depth[static_cast<std::size_t>(v % 480 * 640 + u % 640)]);
+    }
+    const DepthView depth = DepthView::from_uint16(pixels.data(), width, height, camera.depth_scale);
     SegmentOptions options = cells_options();
-    const Segmentation serial = cells(view_of(frame), camera, options);
+    const Segmentation serial = cells(depth, camera, options);
     EXPECT_GE(serial.planes.size(), 2U);
     for (const int threads : {2, 5}) {
-      SCOPED_TRACE(::testing::Message() << camera.width << " x " << camera.height << ", " << threads << " threads");
+      SCOPED_TRACE(::testing::Message() << width << " x " << height << ", " << threads << " threads");
       options.threads = threads;
-      testing::expect_same(serial, cells(view_of(frame), camera, options));
+      testing::expect_same(serial, cells(depth, camera, options));
     }
   }
 }
