@@ -112,16 +112,19 @@ TEST_F(Allocations, AreCounted) {
   EXPECT_EQ(allocations_of([] { AlignedVector<float> more(10); }), 1U);
 }
 
+constexpr Method kMethods[] = {Method::cells, Method::fransac, Method::voxel_ransac, Method::rransac, Method::ransac};
+
 /// A frame that the workspace has seen before, in whatever way it is segmented: check(allocations, options).
 template <class Input, class Check>
 void for_every_way(const std::vector<Input>& inputs, const Check& check) {
-  for (const Method method : testing::kMethods) {
+  for (const Method method : kMethods) {
     for (const int max_planes : {1, 0}) {
       for (const LabelsFrom labels_from : {LabelsFrom::pixels, LabelsFrom::leaves}) {
         SegmentOptions options;
         options.method = method;
         options.max_planes = max_planes;
         options.labels_from = labels_from;
+        options.cells.residuals = method == Method::cells && max_planes == 0;
         Workspace workspace;
         Segmentation segmentation;
         const auto segment_it = [&](const Input& input) { return input.segmented(options, workspace, segmentation); };
@@ -169,7 +172,7 @@ TEST_F(Allocations, OfDepthFramesSeenBefore) {
 TEST_F(Allocations, OfNewFramesOfTheSameSize) {
   // A few buffers may grow with the number of leaves; no more than that, and nothing by the pixel or by the hypothesis.
   const std::vector<synth::SynthFrame> frames = stream();
-  for (const Method method : testing::kMethods) {
+  for (const Method method : kMethods) {
     SegmentOptions options;
     options.method = method;
     Workspace workspace;

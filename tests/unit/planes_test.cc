@@ -760,15 +760,20 @@ TEST(SegmentErrors, AnErrorLeavesNoPlanesOfTheFrameBefore) {
   const Camera camera{80, 60, 60.0, 60.0, 39.5, 29.5};
   Workspace workspace;
   Segmentation result;
-  ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, {}, workspace, result));
-  ASSERT_EQ(result.planes.size(), 1U);
-  EXPECT_GT(result.planes[0].iterations, 0U);
-  EXPECT_EQ(result.planes[0].stop_reason, StopReason::confidence);
-  for (const auto& [data, width] : {std::pair{nothing.data(), 80}, std::pair{wall.data(), 79}}) {
-    ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, {}, workspace, result));
-    EXPECT_FALSE(segment(DepthView::from_float(data, width, 60), camera, {}, workspace, result));
-    EXPECT_TRUE(result.planes.empty());
-    EXPECT_TRUE(result.labels.empty());
+  for (const Method method : {Method::cells, Method::fransac}) {
+    const SegmentOptions options = options_for(method);
+    ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, options, workspace, result));
+    ASSERT_EQ(result.planes.size(), 1U);
+    if (method == Method::fransac) {
+      EXPECT_GT(result.planes[0].iterations, 0U);
+      EXPECT_EQ(result.planes[0].stop_reason, StopReason::confidence);
+    }
+    for (const auto& [data, width] : {std::pair{nothing.data(), 80}, std::pair{wall.data(), 79}}) {
+      ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, options, workspace, result));
+      EXPECT_FALSE(segment(DepthView::from_float(data, width, 60), camera, options, workspace, result));
+      EXPECT_TRUE(result.planes.empty());
+      EXPECT_TRUE(result.labels.empty());
+    }
   }
 }
 

@@ -114,32 +114,42 @@ double second_difference(const Grid& grid, const AlignedVector<float>& values, A
   return kToSigma * static_cast<double>(quantile(sample, kC.noise_quantile));
 }
 
-/// Sets the shape of the noise over depth that the sensor is known for.
-void set_shape(const SensorModel& sensor, Grid& grid) {
+constexpr double kKinectSigma = 1.425e-3;  // per metre, Khoshelham & Elberink 2012
+constexpr double kLeastSigma = 1e-3 * kKinectSigma;  // floats of rendered depth
+
+/// Sets the shape of the noise over depth that the sensor is known for, 1 on average; returns what 1 stands for, per metre.
+double set_shape(const SensorModel& sensor, Grid& grid) {
   if (sensor.kind == SensorKind::automatic) {
     std::fill(grid.shape.begin(), grid.shape.end(), 1.0F);
-    return;
+    return kKinectSigma;
   }
+  double sum = 0.0;
+  double cells = 0.0;
   for (std::size_t i = 0; i < grid.size(); ++i) {
     const auto q = static_cast<double>(grid.q[i]);
-    grid.shape[i] = q > 0.0 ? static_cast<float>(sensor.noise.sigma_m(1.0 / q) * q * q) : 1.0F;
+    const double sigma = q > 0.0 ? std::max(sensor.noise.sigma_m(1.0 / q) * q * q, kLeastSigma) : kLeastSigma;
+    grid.shape[i] = static_cast<float>(sigma);
+    if (!(q > 0.0)) continue;
+    sum += sigma;
+    cells += 1.0;
   }
+  const double unit = cells > 0.0 ? sum / cells : kLeastSigma;
+  for (float& shape : grid.shape) shape /= static_cast<float>(unit);
+  return unit;
 }
 
-constexpr double kKinectSigma = 1.425e-3;  // per metre, Khoshelham & Elberink 2012
-
 /// The noise of an unknown sensor is whatever the frame shows, within what depth cameras do; of a known one it is near the model's.
-Noise estimate_noise(const SensorModel& sensor, GridBuffers& buffers, const Grid& grid) {
+Noise estimate_noise(const SensorModel& sensor, double unit, GridBuffers& buffers, const Grid& grid) {
   AlignedVector<float>& sample = buffers.sample;
   sample.clear();
   Sampled(grid).for_each([&](int i) {
     if (grid.n[at(i)] >= kFull) sample.push_back(std::sqrt(grid.residual[at(i)]) / grid.shape[at(i)]);
   });
   const bool known = sensor.kind != SensorKind::automatic;
-  const double unit = known ? 1.0 : kKinectSigma;
   Noise noise;
-  noise.pixel = std::clamp(kC.noise_gain * static_cast<double>(quantile(sample, kC.noise_quantile)), known ? 0.25 : 1e-3 * unit,
+  noise.pixel = std::clamp(kC.noise_gain * static_cast<double>(quantile(sample, kC.noise_quantile)), known ? 0.25 * unit : kLeastSigma,
                            (known ? 2.0 : 4.0) * unit);
+  noise.of_model = noise.pixel / unit;
   const double mean = second_difference(grid, grid.q, sample);
   const double slope = static_cast<double>(Grid::kHalfCell) *
                        std::max(second_difference(grid, grid.du, sample), second_difference(grid, grid.dv, sample));
@@ -264,8 +274,8 @@ void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Sen
   parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) {
     for_each_cell_row(task, grid.rows, [&](int row) { measure_row(image, row, view.metres_per_unit(), grid); });
   });
-  set_shape(sensor, grid);
-  grid.noise = estimate_noise(sensor, buffers, grid);
+  const double unit = set_shape(sensor, grid);
+  grid.noise = estimate_noise(sensor, unit, buffers, grid);
   add_local_noise(buffers, grid);
   find_usable(grid);
   std::fill(grid.links.begin(), grid.links.end(), std::uint8_t{0});

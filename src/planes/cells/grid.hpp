@@ -92,6 +92,7 @@ std::optional<PlaneFit> fit(const Moments& moments);
 /// What the frame's errors are, in inverse depth, per metre, where Grid::shape is 1.
 struct Noise {
   double pixel = 0.0;       ///< One sigma of a pixel.
+  double of_model = 1.0;    ///< The same as a multiple of the sensor's model.
   double cell = 0.0;        ///< One sigma of a cell's mean and slopes (times half a cell) against its neighbours'.
   double slow = 0.0;        ///< Errors that vary over many cells.
   double bias_scale = 0.0;  ///< Lengths that stand for a sensor's bias are scaled by this.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "fransac/core/depth_image.hpp"
 #include "fransac/core/parallel.hpp"
 #include "planes/cells/constants.hpp"
 
@@ -213,8 +214,8 @@ class RowLabeller {
       // Near its horizon a plane says nothing of depth, and a cell of mixed depths does not; where they agree the plane is better.
       const auto measured = static_cast<double>(grid_.q[at(grid_.index(row, first) + static_cast<int>(k))]);
       const double on_plane = plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height);
-      const double q = measured > 0.0 && on_plane < kHorizon * measured ? measured : on_plane;
-      if (!(q > 0.0)) continue;
+      const double q = std::max(measured > 0.0 && on_plane < kHorizon * measured ? measured : on_plane,
+                                1.0 / static_cast<double>(kMaxDepth_m));
       const double z = 1.0 / q;
       const auto count = static_cast<double>(evidence.count[k]);
       sum.count += evidence.count[k];
