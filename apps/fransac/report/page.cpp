@@ -180,8 +180,6 @@ std::string plots(const DatasetReport& dataset) {
   return html + stage_plot(dataset) + "</div>\n";
 }
 
-std::string css_colour(const Colour& colour) { return fmt::format("rgb({},{},{})", colour[0], colour[1], colour[2]); }
-
 /// Under the depth picture: which colour is how far.
 std::string depth_legend(const io::DepthRange& range) {
   constexpr int kStops = 16;
@@ -217,9 +215,7 @@ std::string gallery(const std::string& title, const std::vector<Picture>& pictur
 }
 
 std::string difference_legend() {
-  const auto item = [](const Colour& colour, const char* words) {
-    return fmt::format("<li><span class=\"swatch\" style=\"background: {}\"></span>{}</li>", css_colour(colour), words);
-  };
+  const auto item = [](const Colour& colour, const char* words) { return fmt::format("<li>{}{}</li>", swatch(colour), words); };
   return "<ul class=\"legend\">" + item(kHitColour, "found") + item(kMissedColour, "missed") + item(kFalseColour, "false") +
          item(kRestColour, "rightly left out") + item(kNothingColour, "no depth, or not judged") + "</ul>\n";
 }
@@ -235,10 +231,27 @@ std::string gist(const Scene& scene) {
   return (present(scene.rows, Quantity::f1) ? "F1: " : "") + text;
 }
 
+/// Every plane with what it is.
+std::string planes_table(const FoundPlanes& found, const std::string& scene) {
+  std::string caption = fmt::format("Planes of {} in {}", enum_name(found.method), scene);
+  if (found.up_source != UpSource::none) caption += fmt::format(", up {}", enum_name(found.up_source));
+  HtmlTable table(caption, {"plane", "kind", "area [m²]", "rms [mm]", "pixels", "normal", "distance [m]"}, "class=\"of-planes\"");
+  for (const FoundPlane& plane : found.planes) {
+    const Eigen::Vector3d& n = plane.plane.normal;
+    table.add({std::to_string(plane.id), std::string(enum_name(plane.kind)), fmt::format("{:.3f}", plane.area_m2),
+               fmt::format("{:.1f}", 1e3 * plane.rms_m), std::to_string(plane.inliers),
+               fmt::format("{:.3f} {:.3f} {:.3f}", n.x(), n.y(), n.z()), fmt::format("{:.3f}", plane.plane.d)},
+              {}, swatch(io::label_colour(plane.colour)));
+  }
+  return fmt::format("<details class=\"fold\">\n<summary>{} plane{} of {}</summary>\n{}</details>\n", found.planes.size(),
+                     found.planes.size() == 1 ? "" : "s", enum_name(found.method), table.text());
+}
+
 std::string scene_section(const Scene& scene, const std::string& id, bool open) {
   std::string html = fmt::format("<details class=\"scene\" id=\"{}\"{}>\n<summary>{} <small>{}</small></summary>\n", id,
                                  open ? kOpen : "", escape(scene.name), escape(gist(scene)));
   html += gallery("", scene.views, scene.range) + gallery("Planes found", scene.planes, scene.range);
+  for (const FoundPlanes& found : scene.found) html += planes_table(found, scene.name);
   html += gallery("Differences from the dominant plane", scene.differences, scene.range);
   return html + method_table("Methods on " + scene.name, "class=\"of-scene\"", scene.rows) + "</details>\n";
 }
@@ -252,7 +265,13 @@ std::string truth_text(const DatasetReport& dataset) {
     return "The truth holds all planes, but one plane per scene was asked for: metrics of single planes (F1@0.5 and so on) need "
            "--planes all.";
   }
-  return "The truth holds all planes. F1@0.5 and F1@0.75 match planes by intersection over union; wIoU is weighted by area.";
+  std::string text =
+      "The truth holds all planes. F1@0.5 and F1@0.75 match planes by intersection over union; wIoU is weighted by area.";
+  const auto lacks = [](const Row& row) { return !row.scores[Quantity::instance_f1_50]; };
+  if (std::any_of(dataset.means.begin(), dataset.means.end(), lacks)) {
+    text += " Methods without them were asked for one plane per scene; --planes all asks for more.";
+  }
+  return text;
 }
 
 std::string dataset_section(const DatasetReport& dataset, const Report& report, std::size_t number) {
@@ -265,7 +284,7 @@ std::string dataset_section(const DatasetReport& dataset, const Report& report, 
   html += "<h3>Pictures</h3>\n<p class=\"note\">";
   html += judged(dataset) ? "A plane has the colour of the true plane that most of it lies on; planes that are none have further "
                             "colours. Grey is on no plane."
-                          : "Planes are coloured from the one with most support on. Grey is on no plane.";
+                          : "Planes are coloured in each method's order. Grey is on no plane.";
   html += " Black is without depth.</p>\n";
   if (judged(dataset))
     html += "<p class=\"note\">Differences show the first plane of each method against the dominant true plane:</p>\n" +
