@@ -154,7 +154,7 @@ class Page(unittest.TestCase):
         root = self.page()
         self.assertIn("has no truth", text(root))
         self.assertEqual({t.get("data-quantity") for t in root.iter("table")} - {None}, set(TIMES))
-        self.assertEqual(len(list(root.iter("img"))), 2 * (3 + 4))
+        self.assertEqual(len(list(root.iter("img"))), 2 * (3 + 5))
         self.assertEqual(len(list(root.iter("svg"))), 2)
         self.assertEqual(with_class(root, "legend"), [])
 

@@ -48,7 +48,7 @@ struct Scene {
   std::vector<Picture> views;        ///< Colour, depth, cloud, truth: what there is.
   std::vector<Picture> planes;       ///< One per method.
   std::vector<Picture> differences;  ///< One per method; none without truth.
-  std::vector<FoundPlanes> found;
+  std::vector<FoundPlanes> found{};  ///< Of those methods that tell.
 };
 
 /// Draws a frame and what each method found in it, `width` pixels wide at most. Throws Failure.
