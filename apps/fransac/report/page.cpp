@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "html.hpp"
@@ -295,14 +296,24 @@ std::string dataset_section(const DatasetReport& dataset, const Report& report, 
   return html + "</section>\n";
 }
 
+std::string option_text(const nlohmann::ordered_json& value) {
+  if (value.is_null()) return "by method";
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_object()) return value.dump();
+  std::string chosen;
+  for (const auto& [name, part] : value.items()) {
+    if (!part.is_null()) chosen += fmt::format("{}{}={}", chosen.empty() ? "" : " ", name, part.dump());
+  }
+  return chosen.empty() ? "by sensor" : chosen;
+}
+
 /// "threshold 0.01, leaf-size 0.02, …": what all methods ran with.
 std::string options_text(const SegmentOptions& options) {
   std::string text;
   const auto json = options_to_json(options);
   for (const auto& [name, value] : json.items()) {
     if (name == "method") continue;
-    const std::string shown = value.is_null() ? "by method" : value.is_string() ? value.get<std::string>() : value.dump();
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, shown);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, option_text(value));
   }
   return text;
 }
