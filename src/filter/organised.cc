@@ -83,8 +83,9 @@ Status read_depth(const PointCloud& cloud, std::vector<float>& metres) {
   std::size_t measured = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const float z = cloud.z()[i];
-    const bool is_measured = cloud.measured(i);
-    if (is_measured && !(z > 0.0F && z <= kMaxDepth_m)) {
+    const bool in_front = z > 0.0F && z <= kMaxDepth_m;
+    const bool is_measured = in_front ? cloud.x()[i] * 0.0F + cloud.y()[i] * 0.0F == 0.0F : cloud.measured(i);
+    if (is_measured && !in_front) {
       const auto width = static_cast<std::size_t>(cloud.width);
       return unsupported("point (" + std::to_string(i % width) + ", " + std::to_string(i / width) + ") has z = " +
                          number_text(static_cast<double>(z)) + " m, a camera sees what is in front of it (z forward, in metres)");
@@ -116,8 +117,9 @@ Status measure_error(const PointCloud& cloud, OrganisedDepth& out) {
   std::size_t points = 0;
   out.max_px = 0.0;
   for_each_point(cloud, out.metres, [&](int u, int v, double x, double y, double z) {
-    const double du = c.fx * x / z + c.cx - u;
-    const double dv = c.fy * y / z + c.cy - v;
+    const double per_z = 1.0 / z;
+    const double du = c.fx * x * per_z + c.cx - u;
+    const double dv = c.fy * y * per_z + c.cy - v;
     squares += du * du + dv * dv;
     out.max_px = std::max({out.max_px, std::abs(du), std::abs(dv)});
     ++points;
