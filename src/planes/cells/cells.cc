@@ -216,7 +216,9 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
 
 Status find_planes(const DepthView& depth, const Camera& camera, const SegmentOptions& options, const AxisLimits* limits,
                    Buffers& buffers, StageClock& clock, Segmentation& result) {
-  const Result<SensorModel> sensor = sensor_model(options.sensor, camera, static_cast<double>(depth.metres_per_unit()));
+  // Metres in floats are rounded to nothing that matters.
+  const double step = depth.format() == DepthFormat::uint16 ? static_cast<double>(depth.metres_per_unit()) : 0.0;
+  const Result<SensorModel> sensor = sensor_model(options.sensor, camera, step);
   if (!sensor) return sensor.error();
   return with_raw_type(depth.format(), [&](auto raw) {
     return find<decltype(raw)>(depth, camera, options, limits, sensor.value(), buffers, clock, result);
