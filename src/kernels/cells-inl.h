@@ -107,7 +107,7 @@ HWY_INLINE Float Row(std::size_t v) { return hn::Set(FloatTag(), static_cast<flo
 // ---- moments ----
 
 /// Cells side by side, so that sums over lanes and what follows from them are made for all of them at once. Few enough that their
-/// values stay in the nearest cache, 10 KiB; with a fifth of them the wait for their sums costs a third more time.
+/// values stay in the nearest cache, 15 KiB; with a fifth of them the wait for their sums costs a third more time.
 struct alignas(64) Batch {
   static constexpr std::size_t kCells = 40;
   float q[kCells][kSide * kSide];  ///< Inverse depth; 0 where nothing was measured.
