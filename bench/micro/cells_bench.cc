@@ -39,7 +39,7 @@ std::vector<std::uint16_t> make_frame(bool holes) {
     const bool hole = holes && u % 160 < 28;           // in stripes, as holes are connected; one cell in 20 is partly one
     const double on_plane = 1.0 / (static_cast<double>(kBase) + static_cast<double>(kSlope) * v);
     const double clutter = u % 200 > 150 ? 0.3 : 0.0;
-    frame[i] = hole ? std::uint16_t{0} : static_cast<std::uint16_t>(1000.0 * (on_plane - clutter) + 5.0 * random.normal());
+    frame[i] = hole ? std::uint16_t{0} : static_cast<std::uint16_t>(1000.0 * (on_plane - clutter) + 2.0 * random.normal());
   }
   return frame;
 }
