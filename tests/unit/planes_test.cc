@@ -135,10 +135,15 @@ TEST(Segment, RmsIsTheNoise) {
   EXPECT_NEAR(s.planes[0].plane.d, 1.0, 1e-4);
 }
 
-TEST(Segment, AutomaticIsFransac) {
+TEST(Segment, AutomaticIsCellsOfImagesAndFransacOfClouds) {
   const TwoPlanes scene;
   testing::expect_same(segmented(scene.image, options_for(Method::automatic)),
-                       segmented(scene.image, options_for(Method::fransac)));
+                       segmented(scene.image, options_for(Method::cells)));
+  const PointCloud cloud = testing::noisy_plane(200, 20, 0.001, testing::test_random());
+  const auto automatic = segment(cloud, options_for(Method::automatic));
+  const auto fransac = segment(cloud, options_for(Method::fransac));
+  ASSERT_TRUE(automatic && fransac);
+  testing::expect_same(*automatic, *fransac);
 }
 
 TEST(Segment, MethodsSampleWhatTheyShould) {
@@ -694,16 +699,22 @@ TEST(SegmentErrors, FramesWithoutEnoughPoints) {
     const auto result = segment(image.view(), image.camera, options);
     return result ? Error{ErrorCode::unsupported, "no error"} : result.error();
   };
-  EXPECT_EQ(error({}).code, ErrorCode::no_data);
-  EXPECT_THAT(error({}).message, HasSubstr("0 with a measurement"));
-  image.at(5, 5) = 1.0F;
-  EXPECT_THAT(error({}).message, HasSubstr("1 with a measurement"));
-  image.at(6, 5) = 1.0F;
-  EXPECT_THAT(error({}).message, HasSubstr("2 with a measurement"));
-  image.draw(*make_plane({0, 0, -1}, 8.0));
-  EXPECT_EQ(error({}).code, ErrorCode::no_data);
-  EXPECT_THAT(error({}).message, HasSubstr("pass-through"));
-  SegmentOptions coarse;
+  for (const Method method : {Method::cells, Method::fransac}) {
+    SegmentOptions options = options_for(method);
+    image = FloatImage(image.camera);
+    EXPECT_EQ(error(options).code, ErrorCode::no_data);
+    EXPECT_THAT(error(options).message, HasSubstr("0 with a measurement"));
+    image.at(5, 5) = 1.0F;
+    EXPECT_THAT(error(options).message, HasSubstr("1 with a measurement"));
+    image.at(6, 5) = 1.0F;
+    EXPECT_THAT(error(options).message, HasSubstr("2 with a measurement"));
+    image.draw(*make_plane({0, 0, -1}, 8.0));
+    options.pass_through.use = true;  // the default of `fransac` alone
+    EXPECT_EQ(error(options).code, ErrorCode::no_data);
+    EXPECT_THAT(error(options).message, HasSubstr("pass-through"));
+  }
+  SegmentOptions coarse = options_for(Method::fransac);
+  EXPECT_THAT(error(coarse).message, HasSubstr("pass-through"));
   coarse.pass_through.use = false;
   coarse.voxel_grid.leaf_size_m = 1000.0;
   image.draw(*make_plane({0, 0, -1}, 8.0));

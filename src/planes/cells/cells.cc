@@ -132,8 +132,7 @@ void arrange(const SegmentOptions& options, Segmentation& result) {
 
 /// Measured pixels outside the limits are on no plane.
 template <class Raw>
-void mark_excluded(const DepthRows<Raw>& rows, Segmentation& result) {
-  DepthRowBuffer buffer;
+void mark_excluded(const DepthRows<Raw>& rows, DepthRowBuffer& buffer, Segmentation& result) {
   for (int v = 0; v < rows.height(); ++v) {
     const auto row = rows.row(v, buffer);
     std::uint8_t* const labels = &result.labels[static_cast<std::size_t>(v) * rows.width()];
@@ -180,9 +179,8 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
             const SensorModel& sensor, Buffers& b, StageClock& clock, Segmentation& result) {
   const DepthRows<Raw> rows(depth, camera, limits);
   const ImageRows<Raw> image(rows, options.threads, b.image);
-  DepthRowBuffer buffer;
   for (int v = 0; v < rows.height(); ++v) {
-    const auto row = rows.row(v, buffer);
+    const auto row = rows.row(v, b.image.work.front());
     const std::uint64_t kept = rows.count(row.kept);
     result.sampled_points += kept;
     result.valid_points += row.kept == row.measured ? kept : rows.count(row.measured);
@@ -204,7 +202,7 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   label_pixels(image, depth, camera, b.grid, b.regions, b.labels, options.threads, b.pixels, result.labels.data());
   measure_planes(b, result);
   arrange(options, result);
-  if (limits != nullptr) mark_excluded(rows, result);
+  if (limits != nullptr) mark_excluded(rows, b.image.work.front(), result);
   result.noise = noise_of(sensor, b.grid.noise);
   find_directions(options.cells, result);
   if (options.cells.residuals) measure_residuals(depth, camera, result);

@@ -19,6 +19,7 @@ struct ImageRowsBuffers {
   AlignedVector<std::uint16_t> units;
   AlignedVector<float> metres;
   std::vector<const void*> rows;
+  std::vector<DepthRowBuffer> work;  ///< One per row of cells.
 
   template <class Raw>
   AlignedVector<Raw>& values() {
@@ -44,13 +45,13 @@ class ImageRows {
     copy.resize((copied + 1) * width);  // and a row of zeros
     std::fill(copy.end() - static_cast<std::ptrdiff_t>(width), copy.end(), Raw{0});
     rows_.assign(all, copy.data() + copied * width);
+    buffers.work.resize(std::max(buffers.work.size(), static_cast<std::size_t>(cell_rows_)));
     if (copied == 0) {
-      DepthRowBuffer none;
-      for (std::size_t v = 0; v < height; ++v) rows_[v] = rows.row(static_cast<int>(v), none).kept;
+      for (std::size_t v = 0; v < height; ++v) rows_[v] = rows.row(static_cast<int>(v), buffers.work.front()).kept;
       return;
     }
     parallel_for(threads, static_cast<std::size_t>(cell_rows_), [&](std::size_t r) {
-      DepthRowBuffer buffer;
+      DepthRowBuffer& buffer = buffers.work[r];
       for (std::size_t v = r * kernels::kCell; v < std::min((r + 1) * kernels::kCell, height); ++v) {
         const Raw* const kept = rows.row(static_cast<int>(v), buffer).kept;
         std::copy(kept, kept + width, copy.data() + v * width);
