@@ -129,7 +129,10 @@ void for_every_way(const std::vector<Input>& inputs, const Check& check) {
         Segmentation segmentation;
         const auto segment_it = [&](const Input& input) { return input.segmented(options, workspace, segmentation); };
         for (int warm_up = 0; warm_up < 2; ++warm_up) {
-          for (const Input& input : inputs) ASSERT_TRUE(segment_it(input));
+          for (const Input& input : inputs) {
+            const Status done = segment_it(input);
+            ASSERT_TRUE(done) << done.error().message;
+          }
         }
         for (const Input& input : inputs) {
           SCOPED_TRACE(::testing::Message() << enum_name(method) << ", planes " << max_planes << ", labels from "
