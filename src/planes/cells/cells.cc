@@ -191,11 +191,9 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   measure_cells(image, depth, sensor, options.threads, b.grid_buffers, b.grid);
   clock.end(Stage::cells);
   grow_regions(b.grid, b.region_buffers, b.regions);
+  judge_regions(b.grid, camera, b.region_buffers, b.regions);
   clock.end(Stage::regions);
-  judge_regions(b.grid, camera, Judgement::chance, b.region_buffers, b.regions);
-  merge_regions(b.grid, Reach::neighbours, b.merge, b.regions);
-  judge_regions(b.grid, camera, Judgement::curved, b.region_buffers, b.regions);
-  merge_regions(b.grid, Reach::all, b.merge, b.regions);
+  merge_regions(b.grid, b.merge, b.regions);
   reassign_borders(b.grid, b.reassign, b.regions);
   clock.end(Stage::merge);
   number_regions(b.grid, camera, options, b, result);

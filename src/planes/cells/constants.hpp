@@ -32,9 +32,9 @@ namespace fransac::cells {
   X(grow_k, 4.0) X(grow_ratio, 1.5)                                                                                             \
   X(least_cells, 9) X(least_cells_of_small_seed, 5)                                                                             \
   /* A region with less evidence, in nats, is chance. */                                                                        \
-  X(least_evidence, 66)                                                                                                         \
+  X(least_evidence, 72)                                                                                                         \
   /* Curved: a radius below this, by two sigma, and a sag that is more than noise. */                                           \
-  X(curved_radius_m, 0.7) X(curved_k, 0.35) X(curved_m, 0.002) X(curved_noise, 0.6)                                             \
+  X(curved_radius_m, 0.7) X(curved_wide, 2.0) X(curved_k, 0.35) X(curved_m, 0.002) X(curved_noise, 0.6)                                             \
   /* A patch of a curved surface: so much of its border goes on smoothly, bending by less than about ten degrees. */           \
   X(smooth_share, 0.7) X(slight_bend, 0.17)                                                                                     \
   /* Merging neighbours without a jump; the wider one where the surface is smooth. */                                           \

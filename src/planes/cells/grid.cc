@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -69,33 +70,34 @@ void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Gr
   }
 }
 
-/// The value below which a share of the sample lies; 0 without a sample. Reorders it.
+/// The value below which a share of the sample lies; 0 without a sample. Values are not negative. Reorders the sample.
 float quantile(AlignedVector<float>& sample, double share) {
   if (sample.empty()) return 0.0F;
-  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(sample.size() - 1));
-  std::nth_element(sample.begin(), sample.begin() + k, sample.end());
-  return sample[at(static_cast<int>(k))];
+  auto rank = static_cast<std::size_t>(share * static_cast<double>(sample.size() - 1));
+  // The bits of floats are in the order of their values: count by the leading ones, then look only at those of one count.
+  constexpr int kDropped = 20;
+  std::array<std::uint32_t, std::size_t{1} << (32 - kDropped - 1)> counts{};
+  const auto leading = [](float value) { return std::bit_cast<std::uint32_t>(value) >> kDropped; };
+  for (const float value : sample) ++counts[leading(value)];
+  std::uint32_t bin = 0;
+  for (; rank >= counts[bin]; ++bin) rank -= counts[bin];
+  const auto end = std::partition(sample.begin(), sample.end(), [&](float value) { return leading(value) == bin; });
+  const auto nth = sample.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(sample.begin(), nth, end);
+  return *nth;
 }
 
-/// Cells that a sample is taken from: some thousand, all over the image, so that a quantile is known to a few per cent.
-class Sampled {
- public:
-  explicit Sampled(const Grid& grid) : grid_(grid), stride_(1) {
-    constexpr int kEnough = 1200;
-    while (grid.columns * grid.rows / (stride_ * stride_) > 2 * kEnough) ++stride_;
+/// Calls visit(cell) for cells that a sample is taken from: all, or of large images every so many, some thousands.
+template <class Visitor>
+void for_each_sampled(const Grid& grid, Visitor visit) {
+  constexpr int kEnough = 4800;
+  int stride = 1;
+  while (grid.columns * grid.rows / (stride * stride) > kEnough) ++stride;
+  for (int r = 0; r < grid.rows; r += stride) {
+    // Shifted from row to row, so that rows and columns of the scene are not seen in step.
+    for (int c = (r / stride) % stride; c < grid.columns; c += stride) visit(grid.index(r, c));
   }
-  template <class Visitor>
-  void for_each(Visitor visit) const {
-    for (int r = 0; r < grid_.rows; r += stride_) {
-      // Shifted from row to row, so that rows and columns of the scene are not seen in step.
-      for (int c = (r / stride_) % stride_; c < grid_.columns; c += stride_) visit(grid_.index(r, c));
-    }
-  }
-
- private:
-  const Grid& grid_;
-  int stride_;
-};
+}
 
 constexpr float kFull = kCell * kCell - kCell / 2;  // a few pixels may be missing
 
@@ -103,7 +105,7 @@ constexpr float kFull = kCell * kCell - kCell / 2;  // a few pixels may be missi
 double second_difference(const Grid& grid, const AlignedVector<float>& values, AlignedVector<float>& sample) {
   sample.clear();
   bool across = false;
-  Sampled(grid).for_each([&](int i) {
+  for_each_sampled(grid, [&](int i) {
     across = !across;
     const int step = across ? 1 : grid.stride;
     if (grid.n[at(i)] < kFull || grid.n[at(i - step)] < kFull || grid.n[at(i + step)] < kFull) return;
@@ -142,7 +144,7 @@ double set_shape(const SensorModel& sensor, Grid& grid) {
 Noise estimate_noise(const SensorModel& sensor, double unit, GridBuffers& buffers, const Grid& grid) {
   AlignedVector<float>& sample = buffers.sample;
   sample.clear();
-  Sampled(grid).for_each([&](int i) {
+  for_each_sampled(grid, [&](int i) {
     if (grid.n[at(i)] >= kFull) sample.push_back(std::sqrt(grid.residual[at(i)]) / grid.shape[at(i)]);
   });
   const bool known = sensor.kind != SensorKind::automatic;

@@ -18,8 +18,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 class Merger {
  public:
-  Merger(const Grid& grid, Reach reach, MergeBuffers& buffers, Regions& regions)
-      : grid_(grid), reach_(reach), b_(buffers), regions_(regions) {}
+  Merger(const Grid& grid, MergeBuffers& buffers, Regions& regions) : grid_(grid), b_(buffers), regions_(regions) {}
 
   void run() {
     b_.alive.clear();
@@ -91,13 +90,13 @@ class Merger {
       if (other == mine) return;
       Border& border = pair(mine, other).border;
       ++border.length;
-      add_jump(i, j, region(mine).fit.plane, region(other).fit.plane, mine < other, border);
+      if (is_level(i, j, region(mine).fit.plane, region(other).fit.plane)) ++border.level;
       if (k == 1 && (grid_.links[at(i)] >> direction & 1) != 0) ++border.smooth;
       return;
     }
   }
 
-  void add_jump(int i, int j, const InversePlane& a, const InversePlane& b, bool forth, Border& border) const {
+  [[nodiscard]] bool is_level(int i, int j, const InversePlane& a, const InversePlane& b) const {
     const auto difference = [&](const AlignedVector<float>& values) {
       return static_cast<double>(values[at(j)]) - static_cast<double>(values[at(i)]);
     };
@@ -106,8 +105,7 @@ class Merger {
     const double q = 0.5 * (static_cast<double>(grid_.q[at(i)]) + static_cast<double>(grid_.q[at(j)]));
     const double noise = kC.jump_k * grid_.noise.cell * shape;
     const double bias = kC.jump_m * grid_.noise.bias_scale * q * q;
-    border.jump += forth ? jump : -jump;
-    border.slack += noise * noise + bias * bias;
+    return jump * jump <= noise * noise + bias * bias;
   }
 
   /// Square of k of the slow errors plus a length, for the cells of two regions.
@@ -125,12 +123,10 @@ class Merger {
     const Region& a = region(p.a);
     const Region& b = region(p.b);
     const Border& border = p.border;
-    // A step between them goes the same way all along the border; noise does not.
-    if (border.jump * border.jump > border.slack * border.length) return;
+    if (2 * border.level < border.length) return;
     const Region& large = a.cells >= b.cells ? a : b;
     const Region& small = a.cells >= b.cells ? b : a;
     const bool meet = border.length >= std::min(3.0, 0.5 * std::sqrt(small.cells));
-    if (!meet && reach_ == Reach::neighbours) return;
     const double far = tolerance(p, kC.far_k, kC.far_m);
     if (!meet && !predicts(large.fit, large.cells, small.fit, far)) return;
     Moments sum = a.moments;
@@ -214,10 +210,7 @@ class Merger {
       Pair& gone = pair(b, other);
       Pair& kept = pair(a, other);
       kept.border.length += gone.border.length;
-      // Jumps count from the region with the lower number.
-      const bool turned = (b < other) != (a < other);
-      kept.border.jump += turned ? -gone.border.jump : gone.border.jump;
-      kept.border.slack += gone.border.slack;
+      kept.border.level += gone.border.level;
       kept.border.smooth += gone.border.smooth;
       gone.rise = kApart;
       judge(kept);
@@ -225,16 +218,13 @@ class Merger {
   }
 
   const Grid& grid_;
-  Reach reach_;
   MergeBuffers& b_;
   Regions& regions_;
 };
 
 }  // namespace
 
-void merge_regions(const Grid& grid, Reach reach, MergeBuffers& buffers, Regions& regions) {
-  Merger(grid, reach, buffers, regions).run();
-}
+void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
 
 namespace {
 

@@ -15,8 +15,7 @@ struct MergeBuffers {
   /// How two regions meet.
   struct Border {
     std::int32_t length = 0;  ///< Pairs of cells, at most two other cells apart.
-    double jump = 0.0;        ///< Sum over the pairs of the jump from the first region's plane to the second's,
-    double slack = 0.0;       ///< and of the square of what it may be.
+    std::int32_t level = 0;   ///< Of them without a jump between the two planes.
     std::int32_t smooth = 0;  ///< Of them linked.
   };
   struct Pair {
@@ -36,14 +35,8 @@ struct MergeBuffers {
   std::vector<std::int16_t> target;
 };
 
-/// Which regions may merge.
-enum class Reach {
-  neighbours,  ///< That meet.
-  all,         ///< And those that something nearer separates.
-};
-
 /// Merges, the most alike first. Merged regions are no longer alive; owners and fits are those of the union.
-void merge_regions(const Grid& grid, Reach reach, MergeBuffers& buffers, Regions& regions);
+void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions);
 
 /// Memory of reassign_borders.
 struct ReassignBuffers {

@@ -55,9 +55,25 @@ class Grower {
 
   void run(const SeedBlock& block) {
     find_seeds(block);
-    for (const std::int32_t seed : b_.seeds) {
+    // The residuals inside cells rank seeds roughly and from below; a seed's turn comes when the residual of the plane through its
+    // whole block does.
+    b_.waiting.clear();
+    for (std::size_t next = 0; next < b_.seeds.size() || !b_.waiting.empty();) {
       if (regions_.list.size() >= static_cast<std::size_t>(std::numeric_limits<std::int16_t>::max())) return;
-      if (regions_.owner[at(seed)] == kNobody) grow(block, seed);
+      const bool rough = b_.waiting.empty() || (next < b_.seeds.size() && b_.rank[at(b_.seeds[next])] <= b_.waiting.front().rank);
+      if (rough) {
+        const std::int32_t cell = b_.seeds[next++];
+        if (regions_.owner[at(cell)] != kNobody) continue;
+        if (const auto plane = fit_block(block, cell)) {
+          b_.waiting.push_back({rank_of(static_cast<float>(plane->mean_squared_residual), cell), cell});
+          std::push_heap(b_.waiting.begin(), b_.waiting.end(), RegionBuffers::Seed::later);
+        }
+      } else {
+        std::pop_heap(b_.waiting.begin(), b_.waiting.end(), RegionBuffers::Seed::later);
+        const std::int32_t cell = b_.waiting.back().cell;
+        b_.waiting.pop_back();
+        if (regions_.owner[at(cell)] == kNobody) grow(block, cell);
+      }
     }
   }
 
@@ -75,6 +91,30 @@ class Grower {
     }
   }
 
+  /// The leading bits of a mean squared residual in units of the noise: steps of an eighth.
+  static constexpr int kDropped = 20;
+  static constexpr std::uint16_t kNone = 1U << (32 - kDropped - 1);
+  [[nodiscard]] std::uint16_t rank_of(float squared_residual, int cell) const {
+    const float shape = grid_.shape[at(cell)];
+    return static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(squared_residual / (shape * shape)) >> kDropped);
+  }
+
+  /// The plane through the free cells of a block; nothing where they are too few or not on one.
+  [[nodiscard]] std::optional<PlaneFit> fit_block(const SeedBlock& block, int centre) const {
+    Moments moments;
+    int usable = 0;
+    for_each_of(block, centre, [&](int i) {
+      if (grid_.usable[at(i)] == 0 || regions_.owner[at(i)] != kNobody) return;
+      moments += grid_.moments(i);
+      ++usable;
+    });
+    if (usable < block.least) return std::nullopt;
+    const auto plane = fit(moments);
+    const auto most = static_cast<double>(grid_.tolerance(centre, kC.usable_k * grid_.noise.pixel, seed_length_));
+    if (!plane || plane->mean_squared_residual > most) return std::nullopt;
+    return plane;
+  }
+
   /// Blocks of usable cells, the flattest first; of equally flat ones the upper left.
   void find_seeds(const SeedBlock& block) {
     if (block.rows == 3) {
@@ -82,18 +122,14 @@ class Grower {
     } else {
       add_up<2>();
     }
-    // A counting sort by the leading bits of the score: steps of an eighth.
-    constexpr int kDropped = 20;
-    constexpr std::uint16_t kNone = 1U << (32 - kDropped - 1);
+    // A counting sort.
     b_.first.assign(std::size_t{kNone} + 2, 0);
     b_.rank.resize(grid_.size());
     const int begin = grid_.index(0, 0);
     const int end = grid_.index(grid_.rows - 1, grid_.columns);
     for (int i = begin; i < end; ++i) {
-      const float shape = grid_.shape[at(i)];
-      const float score = b_.residual[at(i)] / (static_cast<float>(b_.number[at(i)]) * shape * shape);
       const bool is_seed = (b_.number[at(i)] >= block.least) & (b_.free[at(i)] != 0);
-      const auto rank = static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(score) >> kDropped);
+      const std::uint16_t rank = rank_of(b_.residual[at(i)] / static_cast<float>(b_.number[at(i)]), i);
       b_.rank[at(i)] = is_seed ? rank : kNone;
       ++b_.first[b_.rank[at(i)] + 1U];
     }
@@ -155,29 +191,15 @@ class Grower {
   }
 
   void grow(const SeedBlock& block, int centre) {
+    std::optional<PlaneFit> plane = fit_block(block, centre);
+    if (!plane) return;
     Moments moments;
-    int usable = 0;
-    for_each_of(block, centre, [&](int i) {
-      if (grid_.usable[at(i)] == 0 || regions_.owner[at(i)] != kNobody) return;
-      moments += grid_.moments(i);
-      ++usable;
-    });
-    if (usable < block.least) return;
-    std::optional<PlaneFit> plane = fit(moments);
-    if (!plane || plane->mean_squared_residual >
-                      static_cast<double>(grid_.tolerance(centre, kC.usable_k * grid_.noise.pixel, seed_length_))) {
-      return;
+    // The first flood refits as it goes; the others begin anew with the last plane, so that what an early one took by mistake goes.
+    constexpr int kFloods = 3;
+    for (int flood = 0; flood < kFloods; ++flood) {
+      plane = spread(centre, *plane, flood == 0, moments);
+      if (!plane) return;
     }
-    b_.members.clear();
-    ++stamp_;
-    if (!grid_.fits(centre, FloatPlane(plane->plane))) return;
-    add(centre);
-    moments = {};
-    if (!(plane = spread(0, *plane, true, moments))) return;
-    // Cells that were taken under an early plane are judged again by the last one, and with it the region may go on.
-    drop_misfits(*plane, moments);
-    if (!(plane = fit(moments))) return;
-    if (!(plane = spread(b_.members.size(), *plane, false, moments))) return;
     if (static_cast<int>(b_.members.size()) < block.least_members) return;
     const auto id = static_cast<std::int16_t>(regions_.list.size());
     for (const int i : b_.members) regions_.owner[at(i)] = id;
@@ -189,14 +211,18 @@ class Grower {
     b_.mark[at(cell)] = stamp_;
   }
 
-  /// Adds the free cells that links join to the members and that fit. The moments of the first `counted` members are in
-  /// `moments` already; the plane through all.
-  std::optional<PlaneFit> spread(std::size_t counted, const PlaneFit& start, bool refit, Moments& moments) {
+  /// Makes the members those free cells that links join to `centre` and that fit; the plane through them.
+  std::optional<PlaneFit> spread(int centre, const PlaneFit& start, bool refit, Moments& moments) {
     FloatPlane plane(start.plane);
+    if (!grid_.fits(centre, plane)) return std::nullopt;
+    moments = {};
+    b_.members.clear();
+    ++stamp_;
+    add(centre);
     auto next = static_cast<std::size_t>(kC.least_cells * kC.grow_ratio);
     for (std::size_t head = 0; head < b_.members.size(); ++head) {
       const int i = b_.members[head];
-      if (head >= counted) moments += grid_.moments(i);
+      moments += grid_.moments(i);
       if (refit && head + 1 >= next) {
         if (const auto better = fit(moments)) plane = FloatPlane(better->plane);
         next = static_cast<std::size_t>(static_cast<double>(next) * kC.grow_ratio) + 1;
@@ -212,16 +238,6 @@ class Grower {
       try_cell(Grid::kUp, i - grid_.stride);
     }
     return fit(moments);
-  }
-
-  void drop_misfits(const PlaneFit& fitted, Moments& moments) {
-    const FloatPlane plane(fitted.plane);
-    std::erase_if(b_.members, [&](int i) {
-      if (grid_.fits(i, plane)) return false;
-      moments -= grid_.moments(i);
-      b_.mark[at(i)] = -1;
-      return true;
-    });
   }
 
   const Grid& grid_;
@@ -252,7 +268,7 @@ class Judge {
   Judge(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions)
       : grid_(grid), camera_(camera), shapes_(buffers.shapes), regions_(regions) {}
 
-  void run(Judgement what) {
+  void run() {
     shapes_.assign(regions_.list.size(), {});
     for (int r = 0; r < grid_.rows; ++r) {
       for (int first = grid_.index(r, 0); first < grid_.index(r, grid_.columns);) {
@@ -270,8 +286,8 @@ class Judge {
       Region& region = regions_.list[g];
       if (!region.alive) continue;
       const RegionBuffers::Shape& shape = shapes_[g];
-      region.alive = what == Judgement::chance ? evidence(region, shape) >= kC.least_evidence
-                                               : shape.smooth <= kC.smooth_share * shape.border && !is_curved(region, shape);
+      region.alive = evidence(region, shape) >= kC.least_evidence && shape.smooth <= kC.smooth_share * shape.border &&
+                     !is_curved(region, shape);
     }
     for (std::int16_t& owner : regions_.owner) {
       if (owner != kNobody && !regions_.list[at(owner)].alive) owner = kNobody;
@@ -325,20 +341,18 @@ class Judge {
   }
 
   [[nodiscard]] bool goes_on(int i, int j) const {
-    const auto difference = [&](const AlignedVector<float>& values) {
-      return static_cast<double>(values[at(j)]) - static_cast<double>(values[at(i)]);
-    };
-    const auto mean = [&](const AlignedVector<float>& values) {
-      return 0.5 * (static_cast<double>(values[at(j)]) + static_cast<double>(values[at(i)]));
-    };
-    const double jump = difference(grid_.q) - mean(grid_.du) * difference(grid_.u) - mean(grid_.dv) * difference(grid_.v);
-    const double shape = static_cast<double>(std::max(grid_.shape[at(i)], grid_.shape[at(j)]));
-    const double q = mean(grid_.q);
-    if (std::abs(jump) > std::hypot(kC.jump_k * grid_.noise.cell * shape, kC.jump_m * q * q)) return false;
+    const auto difference = [&](const AlignedVector<float>& values) { return values[at(j)] - values[at(i)]; };
+    const auto mean = [&](const AlignedVector<float>& values) { return 0.5F * (values[at(j)] + values[at(i)]); };
+    const float jump = difference(grid_.q) - mean(grid_.du) * difference(grid_.u) - mean(grid_.dv) * difference(grid_.v);
+    const float shape = std::max(grid_.shape[at(i)], grid_.shape[at(j)]);
+    const float q = mean(grid_.q);
+    const float squared_q = q * q;
+    const float squared_shape = shape * shape;
+    if (jump * jump > jump_noise_ * squared_shape + jump_length_ * squared_q * squared_q) return false;
     // A plane's slope in depth over the image plane at z = 1 is its slope in q over q.
-    const double bend = std::hypot(camera_.fx * difference(grid_.du), camera_.fy * difference(grid_.dv)) / q;
-    const double noise = kC.bend_k * grid_.noise.cell * shape * camera_.fx / (static_cast<double>(Grid::kHalfCell) * q);
-    return bend <= std::hypot(kC.slight_bend, noise);
+    const float x = static_cast<float>(camera_.fx) * difference(grid_.du);
+    const float y = static_cast<float>(camera_.fy) * difference(grid_.dv);
+    return x * x + y * y <= slight_bend_ * squared_q + bend_noise_ * squared_shape;
   }
 
   /// A surface of radius R bends q by 1 / (R f^2) per squared pixel, however far it is (docs/algorithms.md, "Curved surfaces").
@@ -376,7 +390,7 @@ class Judge {
     const double sag = bend * squared_length / 8.0;  // of inverse depth
     const double radius = 1.0 / (bend * camera_.fx * camera_.fy);
     // The wider a surface curves, the more of its sag may be the sensor's.
-    const double wide = std::max(1.0, std::pow(radius / kC.curved_radius_m, 2));
+    const double wide = std::max(1.0, std::pow(radius / kC.curved_radius_m, kC.curved_wide));
     const double length = kC.curved_m * grid_.noise.bias_scale * f.q * f.q;
     return sag > wide * std::hypot(kC.curved_k * grid_.noise.cell, length);
   }
@@ -391,10 +405,16 @@ class Judge {
     return (region.cells - 1) * (2.0 * std::max(0.0, std::log(prior / slope)) + std::max(0.0, std::log(2.0 * prior / off)));
   }
 
+  static float square(double x) { return static_cast<float>(x * x); }
+
   const Grid& grid_;
   const Camera& camera_;
   std::vector<RegionBuffers::Shape>& shapes_;
   Regions& regions_;
+  float jump_noise_ = square(kC.jump_k * grid_.noise.cell);
+  float jump_length_ = square(kC.jump_m);
+  float slight_bend_ = square(kC.slight_bend);
+  float bend_noise_ = square(kC.bend_k * grid_.noise.cell * camera_.fx / static_cast<double>(Grid::kHalfCell));
 };
 
 }  // namespace
@@ -421,8 +441,8 @@ void grow_regions(const Grid& grid, RegionBuffers& buffers, Regions& regions) {
   for (const SeedBlock& block : seed_blocks()) grower.run(block);
 }
 
-void judge_regions(const Grid& grid, const Camera& camera, Judgement what, RegionBuffers& buffers, Regions& regions) {
-  Judge(grid, camera, buffers, regions).run(what);
+void judge_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions) {
+  Judge(grid, camera, buffers, regions).run();
 }
 
 }  // namespace fransac::cells

@@ -37,6 +37,12 @@ struct RegionBuffers {
   std::vector<std::uint16_t> rank;     ///< Of each seed, by flatness.
   std::vector<std::int32_t> first;     ///< Where the seeds of a rank start.
   std::vector<std::int32_t> seeds;     ///< Cells, the flattest first.
+  struct Seed {
+    std::uint16_t rank;
+    std::int32_t cell;
+    static bool later(const Seed& a, const Seed& b) { return a.rank > b.rank || (a.rank == b.rank && a.cell > b.cell); }
+  };
+  std::vector<Seed> waiting;  ///< A heap.
   std::vector<std::int32_t> members;
   AlignedVector<std::int32_t> mark;
   struct Shape;
@@ -49,14 +55,8 @@ struct RegionBuffers {
 /// Grows regions from the flattest places.
 void grow_regions(const Grid& grid, RegionBuffers& buffers, Regions& regions);
 
-/// What speaks against a region.
-enum class Judgement {
-  chance,  ///< So few cells that agree no better may be of unrelated surfaces.
-  curved,  ///< A piece of a curved surface.
-};
-/// Keeps the regions that nothing speaks against. Chance is judged before regions merge, so that it does not join them;
-/// curvature after neighbours have merged, which shows more of it.
-void judge_regions(const Grid& grid, const Camera& camera, Judgement what, RegionBuffers& buffers, Regions& regions);
+/// Keeps the regions that are no chance and no pieces of curved surfaces.
+void judge_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions);
 
 /// Which cells have the same owner as all their eight neighbours.
 struct UniformBuffers {
