@@ -50,30 +50,18 @@ class Grower {
     regions.list.clear();
     regions.owner.assign(grid.size(), kNobody);
     b_.mark.assign(grid.size(), -1);
+    b_.moments.resize(grid.size());
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+      if (grid.usable[i] != 0) b_.moments[i] = grid.moments(static_cast<int>(i));
+    }
     seed_length_ = std::hypot(kC.usable_m * grid.noise.bias_scale, kC.flat_in_cell_m);
   }
 
   void run(const SeedBlock& block) {
     find_seeds(block);
-    // The residuals inside cells rank seeds roughly and from below; a seed's turn comes when the residual of the plane through its
-    // whole block does.
-    b_.waiting.clear();
-    for (std::size_t next = 0; next < b_.seeds.size() || !b_.waiting.empty();) {
+    for (const std::int32_t seed : b_.seeds) {
       if (regions_.list.size() >= static_cast<std::size_t>(std::numeric_limits<std::int16_t>::max())) return;
-      const bool rough = b_.waiting.empty() || (next < b_.seeds.size() && b_.rank[at(b_.seeds[next])] <= b_.waiting.front().rank);
-      if (rough) {
-        const std::int32_t cell = b_.seeds[next++];
-        if (regions_.owner[at(cell)] != kNobody) continue;
-        if (const auto plane = fit_block(block, cell)) {
-          b_.waiting.push_back({rank_of(static_cast<float>(plane->mean_squared_residual), cell), cell});
-          std::push_heap(b_.waiting.begin(), b_.waiting.end(), RegionBuffers::Seed::later);
-        }
-      } else {
-        std::pop_heap(b_.waiting.begin(), b_.waiting.end(), RegionBuffers::Seed::later);
-        const std::int32_t cell = b_.waiting.back().cell;
-        b_.waiting.pop_back();
-        if (regions_.owner[at(cell)] == kNobody) grow(block, cell);
-      }
+      if (regions_.owner[at(seed)] == kNobody) grow(block, seed);
     }
   }
 
@@ -105,7 +93,7 @@ class Grower {
     int usable = 0;
     for_each_of(block, centre, [&](int i) {
       if (grid_.usable[at(i)] == 0 || regions_.owner[at(i)] != kNobody) return;
-      moments += grid_.moments(i);
+      moments += b_.moments[at(i)];
       ++usable;
     });
     if (usable < block.least) return std::nullopt;
@@ -115,22 +103,21 @@ class Grower {
     return plane;
   }
 
-  /// Blocks of usable cells, the flattest first; of equally flat ones the upper left.
+  /// Blocks of free usable cells, the flattest first; of equally flat ones the upper left.
   void find_seeds(const SeedBlock& block) {
-    if (block.rows == 3) {
-      add_up<3>();
-    } else {
-      add_up<2>();
+    const std::size_t size = grid_.size();
+    b_.free.resize(size);
+    for (std::size_t i = 0; i < size; ++i) {
+      b_.free[i] = static_cast<std::uint8_t>(grid_.usable[i] & static_cast<int>(regions_.owner[i] == kNobody));
     }
+    if (block.rows == 3) fit_full_blocks();
     // A counting sort.
     b_.first.assign(std::size_t{kNone} + 2, 0);
-    b_.rank.resize(grid_.size());
+    b_.rank.resize(size);
     const int begin = grid_.index(0, 0);
     const int end = grid_.index(grid_.rows - 1, grid_.columns);
     for (int i = begin; i < end; ++i) {
-      const bool is_seed = (b_.number[at(i)] >= block.least) & (b_.free[at(i)] != 0);
-      const std::uint16_t rank = rank_of(b_.residual[at(i)] / static_cast<float>(b_.number[at(i)]), i);
-      b_.rank[at(i)] = is_seed ? rank : kNone;
+      b_.rank[at(i)] = b_.free[at(i)] != 0 ? rank_of_block(block, i) : kNone;
       ++b_.first[b_.rank[at(i)] + 1U];
     }
     std::partial_sum(b_.first.begin(), b_.first.end(), b_.first.begin());
@@ -140,53 +127,56 @@ class Grower {
     }
   }
 
-  /// Residuals and numbers of the free usable cells of every block of kSide x kSide, stored at its centre.
-  template <int kSide>
-  void add_up() {
+  [[nodiscard]] std::uint16_t rank_of_block(const SeedBlock& block, int centre) const {
+    if (block.rows == 3 && b_.full[at(centre)] != 0) return rank_of(b_.residual[at(centre)], centre);
+    const auto plane = fit_block(block, centre);
+    return plane ? rank_of(static_cast<float>(plane->mean_squared_residual), centre) : kNone;
+  }
+
+  /// The residuals of the planes through all 3 x 3 blocks of free cells, as if no cell lacked a pixel: it is for their order only.
+  void fit_full_blocks() {
     const std::size_t size = grid_.size();
-    b_.free.resize(size);
-    b_.free_residual.resize(size);
-    b_.column_residual.resize(size);
-    b_.column_number.resize(size);
     b_.residual.resize(size);
-    b_.number.resize(size);
-    const std::uint8_t* const __restrict usable = grid_.usable.data();
-    const std::int16_t* const __restrict owner = regions_.owner.data();
-    const float* const __restrict cell_residual = grid_.residual.data();
-    std::uint8_t* const __restrict is_free = b_.free.data();
-    float* const __restrict free_residual = b_.free_residual.data();
-    for (std::size_t i = 0; i < size; ++i) {
-      is_free[i] = static_cast<std::uint8_t>(usable[i] & static_cast<int>(owner[i] == kNobody));
-      free_residual[i] = is_free[i] != 0 ? cell_residual[i] : 0.0F;
-    }
-    const auto stride = at(grid_.stride);
-    const std::size_t up = kSide / 2 * stride;
-    const std::size_t left = kSide / 2;
-    float* const __restrict column_residual = b_.column_residual.data();
-    std::uint8_t* const __restrict column_number = b_.column_number.data();
-    for (std::size_t i = stride; i < size - stride; ++i) {
-      const std::size_t j = i - up;
-      float sum = free_residual[j] + free_residual[j + stride];
-      int number = is_free[j] + is_free[j + stride];
-      if constexpr (kSide == 3) {
-        sum += free_residual[j + 2 * stride];
-        number += is_free[j + 2 * stride];
-      }
-      column_residual[i] = sum;
-      column_number[i] = static_cast<std::uint8_t>(number);
-    }
+    b_.full.resize(size);
+    const auto stride = static_cast<std::ptrdiff_t>(grid_.stride);
+    const float* const __restrict q = grid_.q.data();
+    const float* const __restrict du = grid_.du.data();
+    const float* const __restrict dv = grid_.dv.data();
+    const float* const __restrict inside = grid_.residual.data();
+    const std::uint8_t* const __restrict is_free = b_.free.data();
     float* const __restrict residual = b_.residual.data();
-    std::uint8_t* const __restrict total = b_.number.data();
-    for (std::size_t i = stride + 1; i < size - stride - 1; ++i) {
-      const std::size_t j = i - left;
-      float sum = column_residual[j] + column_residual[j + 1];
-      int number = column_number[j] + column_number[j + 1];
-      if constexpr (kSide == 3) {
-        sum += column_residual[j + 2];
-        number += column_number[j + 2];
+    std::uint8_t* const __restrict full = b_.full.data();
+    constexpr float kSize = kernels::kCell;
+    constexpr float kSpread = (kSize * kSize - 1.0F) / 12.0F;               // mean square of a cell's columns about their mean
+    constexpr float kBlockSpread = 6.0F * kSize * kSize + 9.0F * kSpread;  // nine times that of the block's
+    const auto end = static_cast<std::ptrdiff_t>(size) - stride - 1;
+    for (std::ptrdiff_t i = stride + 1; i < end; ++i) {
+      // About the plane of the cell in the middle, so that floats are enough.
+      float sum = 0.0F;
+      float squares = 0.0F;
+      float along_u = 0.0F;
+      float along_v = 0.0F;
+      for (int y = -1; y <= 1; ++y) {
+        for (int x = -1; x <= 1; ++x) {
+          const std::ptrdiff_t j = i + y * stride + x;
+          const float off = q[j] - q[i] - kSize * (static_cast<float>(x) * du[i] + static_cast<float>(y) * dv[i]);
+          const float a = du[j] - du[i];
+          const float b = dv[j] - dv[i];
+          sum += off;
+          squares += off * off + kSpread * (a * a + b * b) + inside[j];
+          along_u += kSize * static_cast<float>(x) * off + kSpread * a;
+          along_v += kSize * static_cast<float>(y) * off + kSpread * b;
+        }
       }
-      residual[i] = sum;
-      total[i] = static_cast<std::uint8_t>(number);
+      const float rest = squares - sum * sum / 9.0F - (along_u * along_u + along_v * along_v) / kBlockSpread;
+      residual[i] = rest > 0.0F ? rest / 9.0F : 0.0F;
+    }
+    for (std::ptrdiff_t i = stride + 1; i < end; ++i) {
+      int all = 1;
+      for (int y = -1; y <= 1; ++y) {
+        for (int x = -1; x <= 1; ++x) all &= is_free[i + y * stride + x];
+      }
+      full[i] = static_cast<std::uint8_t>(all);
     }
   }
 
@@ -222,7 +212,7 @@ class Grower {
     auto next = static_cast<std::size_t>(kC.least_cells * kC.grow_ratio);
     for (std::size_t head = 0; head < b_.members.size(); ++head) {
       const int i = b_.members[head];
-      moments += grid_.moments(i);
+      moments += b_.moments[at(i)];
       if (refit && head + 1 >= next) {
         if (const auto better = fit(moments)) plane = FloatPlane(better->plane);
         next = static_cast<std::size_t>(static_cast<double>(next) * kC.grow_ratio) + 1;

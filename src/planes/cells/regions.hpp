@@ -28,21 +28,13 @@ struct Regions {
 
 /// Memory of grow_regions.
 struct RegionBuffers {
-  AlignedVector<std::uint8_t> free;           ///< Usable cells of no region,
-  AlignedVector<float> free_residual;         ///< and what they add to
-  AlignedVector<float> column_residual;       ///< sums over the columns of blocks
-  AlignedVector<float> residual;              ///< and over blocks.
-  AlignedVector<std::uint8_t> column_number;  ///< How many those are.
-  AlignedVector<std::uint8_t> number;
+  AlignedVector<Moments> moments;             ///< Of usable cells; each is asked for several times.
+  AlignedVector<std::uint8_t> free;           ///< Usable cells of no region.
+  AlignedVector<std::uint8_t> full;           ///< Centres of blocks of 3 x 3 such cells,
+  AlignedVector<float> residual;              ///< and the mean squared residual of the plane through them.
   std::vector<std::uint16_t> rank;     ///< Of each seed, by flatness.
   std::vector<std::int32_t> first;     ///< Where the seeds of a rank start.
   std::vector<std::int32_t> seeds;     ///< Cells, the flattest first.
-  struct Seed {
-    std::uint16_t rank;
-    std::int32_t cell;
-    static bool later(const Seed& a, const Seed& b) { return a.rank > b.rank || (a.rank == b.rank && a.cell > b.cell); }
-  };
-  std::vector<Seed> waiting;  ///< A heap.
   std::vector<std::int32_t> members;
   AlignedVector<std::int32_t> mark;
   struct Shape;
