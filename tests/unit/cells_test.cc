@@ -244,10 +244,10 @@ TEST(CellsEvidence, IsThatOfTheLabels) {
     SCOPED_TRACE(k + 1);
     const auto n = static_cast<double>(s.planes[k].inliers);
     EXPECT_NEAR(s.planes[k].rms_m, std::sqrt(squares[k] / n), 1e-3 * s.planes[k].rms_m);
-    // Pixels count at their cell's centre.
+    // Pixels count at their cell's centre, those of a cell at an edge at its mean depth.
     EXPECT_NEAR(s.planes[k].area_m2, areas[k], 0.01 * areas[k]);
     EXPECT_LT((s.planes[k].centroid - sums[k] / n).norm(), 0.003 * s.planes[k].centroid.z());
-    EXPECT_NEAR(s.planes[k].plane.signed_distance(s.planes[k].centroid), 0.0, 1e-6);
+    EXPECT_NEAR(s.planes[k].plane.signed_distance(s.planes[k].centroid), 0.0, 0.01);
   }
 }
 

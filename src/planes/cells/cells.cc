@@ -33,7 +33,7 @@ std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid, co
   // shared by neighbours.
   constexpr double kIndependent = 1.15 * 0.218;
   const double pixel = grid.noise.pixel * grid.noise.pixel;
-  const double shared = std::max(0.0, grid.noise.cell * grid.noise.cell - kIndependent * kIndependent * pixel);
+  const double shared = std::max(0.0, grid.noise.shown * grid.noise.shown - kIndependent * kIndependent * pixel);
   const double variance =
       pixel / region.moments.n + kC.slow_noise * kC.slow_noise * shared * std::min(kC.slow_cells, cells) / cells;
   Eigen::Matrix3d about_mean = Eigen::Matrix3d::Zero();  // of du, dv, and q at the mean pixel

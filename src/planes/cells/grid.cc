@@ -157,7 +157,8 @@ Noise estimate_noise(const SensorModel& sensor, double unit, GridBuffers& buffer
                        std::max(second_difference(grid, grid.du, sample), second_difference(grid, grid.dv, sample));
   // Errors that are the same in all rows of a cell, as those of rounding are on a wall, leave 1 / sqrt(8) of the pixel's.
   constexpr double kShared = 0.3536;
-  noise.cell = std::clamp(std::max(mean, slope), kShared * noise.pixel, 3.0 * unit);
+  noise.shown = std::min(std::max(mean, slope), 3.0 * unit);
+  noise.cell = std::max(noise.shown, kShared * noise.pixel);
   noise.slow = kC.slow_noise * noise.cell;
   noise.bias_scale = known ? sensor.bias_m / kC.bias_m : std::clamp(noise.cell / kKinectSigma, kC.least_bias_scale, 1.0);
   return noise;

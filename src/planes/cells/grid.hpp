@@ -94,6 +94,7 @@ struct Noise {
   double pixel = 0.0;       ///< One sigma of a pixel.
   double of_model = 1.0;    ///< The same as a multiple of the sensor's model.
   double cell = 0.0;        ///< One sigma of a cell's mean and slopes (times half a cell) against its neighbours'.
+  double shown = 0.0;       ///< The same as the frame shows it; less than `cell` where pixels err independently.
   double slow = 0.0;        ///< Errors that vary over many cells.
   double bias_scale = 0.0;  ///< Lengths that stand for a sensor's bias are scaled by this.
 };
