@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small depth image of any numbers: `cells` ends in an error or in labels and planes that fit each other. The first bytes choose
-// the size, the type, the sensor and the camera; the rest are the pixels, over and over where they are too few.
+// A small depth image of any numbers: `cells` ends in an error or in labels and planes that fit each other. The first bytes
+// choose the size, the type, the sensor and the camera; the rest are the pixels, over and over where they are too few.
 #include <array>
 #include <cmath>
 #include <cstddef>

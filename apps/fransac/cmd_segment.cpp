@@ -325,8 +325,9 @@ void explain_no_planes(const std::string& name, const Content& content, const Se
   const double min_support = *with_defaults(options, segmentation.method).min_support;
   const bool cells = segmentation.method == Method::cells;  // it knows no threshold
   const std::string threshold = cells ? "" : fmt::format("a larger --threshold (now {:g} m) or ", options.ransac.threshold_m);
-  log(fmt::format("{}: no plane has the minimum support of {:g} % of the {} sampled points; try {}a smaller --min-support (now {:g})",
-                  name, 100.0 * min_support, segmentation.sampled_points, threshold, min_support));
+  log(fmt::format(
+      "{}: no plane has the minimum support of {:g} % of the {} sampled points; try {}a smaller --min-support (now {:g})", name,
+      100.0 * min_support, segmentation.sampled_points, threshold, min_support));
   const auto* cloud = std::get_if<PointCloud>(&content);
   if (cloud == nullptr || cells) return;
   const CloudScale scale = scale_of(*cloud);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `cells` as a whole with each instruction set against the scalar one. Rounding can decide whether a cell belongs to a region, and
-// with it whether a small plane is one; of the pixels all but a few hundredths must not care, and no large plane.
+// `cells` as a whole with each instruction set against the scalar one. Rounding can decide whether a cell belongs to a region,
+// and with it whether a small plane is one; of the pixels all but a few hundredths must not care, and no large plane.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -50,7 +50,8 @@ void expect_alike(const Segmentation& a, const Segmentation& b) {
     const auto is_same = [&](const PlaneSegment& other) {
       return angle_between(plane.plane, other.plane) < 1e-3 && std::abs(plane.plane.d - other.plane.d) < 2e-3;
     };
-    EXPECT_TRUE(std::any_of(b.planes.begin(), b.planes.end(), is_same)) << "plane " << plane.id << " of " << plane.inliers << " pixels";
+    EXPECT_TRUE(std::any_of(b.planes.begin(), b.planes.end(), is_same))
+        << "plane " << plane.id << " of " << plane.inliers << " pixels";
   }
 }
 
@@ -70,7 +71,9 @@ TEST_P(CellsTargets, AgreeOnRenderedFrames) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Targets, CellsTargets, ::testing::ValuesIn(kernels::targets()),
-                         [](const ::testing::TestParamInfo<std::int64_t>& target) { return std::string(hwy::TargetName(target.param)); });
+                         [](const ::testing::TestParamInfo<std::int64_t>& target) {
+                           return std::string(hwy::TargetName(target.param));
+                         });
 
 }  // namespace
 }  // namespace fransac

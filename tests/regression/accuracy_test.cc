@@ -39,7 +39,8 @@ namespace {
 constexpr double kTolerance = 0.0005;
 
 constexpr std::array<std::string_view, 10> kColumns = {
-    "precision", "recall", "f1", "best_f1", "matched_f1", "instance_f1_50", "instance_f1_75", "weighted_iou", "plane_pixel_f1", "found"};
+    "precision",      "recall",         "f1",           "best_f1",        "matched_f1",
+    "instance_f1_50", "instance_f1_75", "weighted_iou", "plane_pixel_f1", "found"};
 constexpr std::size_t kF1 = 2;
 
 constexpr double kEmpty = std::numeric_limits<double>::quiet_NaN();

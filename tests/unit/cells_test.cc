@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The method `cells` on depth images whose planes are known exactly: what is found, what is said of it, and what options do.
+#include "cells.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +13,6 @@
 #include <numeric>
 #include <set>
 
-#include "cells.hpp"
 #include "fransac/planes/segment.hpp"
 #include "support.hpp"
 
@@ -20,8 +21,8 @@ namespace {
 
 using testing::cells;
 using testing::cells_options;
-using testing::expect_sane;
 using testing::expect_same;
+using testing::expect_sane;
 using testing::FloatImage;
 using testing::kinect;
 
@@ -255,7 +256,8 @@ TEST(CellsEvidence, CountsPixels) {
   const Scene scene = room();
   const Segmentation s = cells(scene.image.view(), scene.image.camera);
   EXPECT_EQ(s.method, Method::cells);
-  EXPECT_EQ(s.valid_points, scene.image.metres.size() - static_cast<std::size_t>(std::count(scene.image.metres.begin(), scene.image.metres.end(), 0.0F)));
+  EXPECT_EQ(s.valid_points, scene.image.metres.size() -
+                                static_cast<std::size_t>(std::count(scene.image.metres.begin(), scene.image.metres.end(), 0.0F)));
   EXPECT_EQ(s.sampled_points, s.valid_points);
   EXPECT_TRUE(s.residuals_m.empty());
 }
@@ -290,7 +292,7 @@ TEST(CellsEvidence, CovarianceIsThatOfIndependentErrors) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> axes(said);
   const Eigen::Matrix<double, 4, 3> basis = axes.eigenvectors().rightCols<3>();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> ratio(basis.transpose() * seen * basis,
-                                                                       basis.transpose() * said * basis);
+                                                                        basis.transpose() * said * basis);
   EXPECT_LT(std::sqrt(ratio.eigenvalues()[2]), 3.0) << "errors in sigmas";
   EXPECT_GT(std::sqrt(ratio.eigenvalues()[0]), 1.0 / 3.0) << "errors in sigmas";
 }
@@ -355,7 +357,7 @@ TEST(CellsOptions, MaxPlanes) {
 }
 
 TEST(CellsOptions, OnlyPlanesOfADirection) {
-  const Scene scene = room();  // a floor and two walls
+  const Scene scene = room();                  // a floor and two walls
   const Eigen::Vector3d down(0.0, 2.0, 0.24);  // to within 7 degrees
   SegmentOptions options = cells_options();
   options.cells.parallel_to = down;
@@ -523,7 +525,8 @@ TEST(CellsImages, RandomDepthIsNoPlane) {
   const DepthView depth = DepthView::from_uint16(noise.data(), 640, 480, 5000.0);
   for (const std::uint32_t range : {65536U, 5000U, 500U}) {
     SCOPED_TRACE(range);
-    for (std::uint16_t& raw : noise) raw = static_cast<std::uint16_t>(std::min(65535U, 5000U + static_cast<std::uint32_t>(random.below(range))));
+    for (std::uint16_t& raw : noise)
+      raw = static_cast<std::uint16_t>(std::min(65535U, 5000U + static_cast<std::uint32_t>(random.below(range))));
     const Segmentation s = cells(depth, kinect());
     expect_sane(s, depth);
     EXPECT_TRUE(s.planes.empty());

@@ -39,7 +39,8 @@ struct PlaneSegment {
   StopReason stop_reason = StopReason::max_iterations;  ///< Why that search ended.
   double rms_m = 0.0;                                  ///< Root mean square distance of the labelled points to the plane, metres.
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< Of the labelled points, metres (`cells`; else zero).
-  /// Of (normal, d), rank 3 (`cells`; else zero). Unaligned, so that programs built for other instruction sets agree on the layout.
+  /// Of (normal, d), rank 3 (`cells`; else zero). Unaligned, so that programs built for other instruction sets agree on the
+  /// layout.
   Eigen::Matrix<double, 4, 4, Eigen::DontAlign> covariance = Eigen::Matrix4d::Zero();
   PlaneKind kind = PlaneKind::unknown;
   double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a

@@ -23,8 +23,8 @@ struct Buffers {
   Regions regions;
   MergeBuffers merge;
   ReassignBuffers reassign;
-  std::vector<std::uint8_t> labels;   ///< Per region.
-  std::vector<std::int16_t> ranked;   ///< Regions by label.
+  std::vector<std::uint8_t> labels;  ///< Per region.
+  std::vector<std::int16_t> ranked;  ///< Regions by label.
   LabelPixelBuffers pixels;
 };
 

@@ -38,7 +38,8 @@ void resize(int width, int height, Grid& grid) {
 /// Makes the cells around the image ones without measurements.
 void clear_border(Grid& grid) {
   const auto clear = [&](int i) {
-    for (auto* values : {&grid.n, &grid.u, &grid.v, &grid.q, &grid.uu, &grid.uv, &grid.vv, &grid.du, &grid.dv}) (*values)[at(i)] = 0.0F;
+    for (auto* values : {&grid.n, &grid.u, &grid.v, &grid.q, &grid.uu, &grid.uv, &grid.vv, &grid.du, &grid.dv})
+      (*values)[at(i)] = 0.0F;
     grid.residual[at(i)] = kernels::kNoFit;
   };
   for (int c = 0; c < grid.stride; ++c) {
@@ -58,8 +59,7 @@ void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Gr
   const kernels::CellMoments out{from(grid.n),  from(grid.u),  from(grid.v),  from(grid.q),  from(grid.uu),
                                  from(grid.uv), from(grid.vv), from(grid.du), from(grid.dv), from(grid.residual)};
   const auto cells = static_cast<std::size_t>(grid.columns);
-  kernels::cell_kernels<Raw>().moments(image.cells(row), cells, metres_per_unit,
-                                       static_cast<float>(kC.least_measured), out);
+  kernels::cell_kernels<Raw>().moments(image.cells(row), cells, metres_per_unit, static_cast<float>(kC.least_measured), out);
   // From the cell's centre to the image's.
   const float half = 0.5F * (kCell - 1);
   const float base_v = static_cast<float>(row * kCell) + half - 0.5F * static_cast<float>(grid.height);
@@ -116,7 +116,7 @@ double second_difference(const Grid& grid, const AlignedVector<float>& values, A
   return kToSigma * static_cast<double>(quantile(sample, kC.noise_quantile));
 }
 
-constexpr double kKinectSigma = 1.425e-3;  // per metre, Khoshelham & Elberink 2012
+constexpr double kKinectSigma = 1.425e-3;            // per metre, Khoshelham & Elberink 2012
 constexpr double kLeastSigma = 1e-3 * kKinectSigma;  // floats of rendered depth
 
 /// Sets the shape of the noise over depth that the sensor is known for, 1 on average; returns what 1 stands for, per metre.
@@ -140,7 +140,8 @@ double set_shape(const SensorModel& sensor, Grid& grid) {
   return unit;
 }
 
-/// The noise of an unknown sensor is whatever the frame shows, within what depth cameras do; of a known one it is near the model's.
+/// The noise of an unknown sensor is whatever the frame shows, within what depth cameras do; of a known one it is near the
+/// model's.
 Noise estimate_noise(const SensorModel& sensor, double unit, GridBuffers& buffers, const Grid& grid) {
   AlignedVector<float>& sample = buffers.sample;
   sample.clear();
@@ -149,8 +150,8 @@ Noise estimate_noise(const SensorModel& sensor, double unit, GridBuffers& buffer
   });
   const bool known = sensor.kind != SensorKind::automatic;
   Noise noise;
-  noise.pixel = std::clamp(kC.noise_gain * static_cast<double>(quantile(sample, kC.noise_quantile)), known ? 0.25 * unit : kLeastSigma,
-                           (known ? 2.0 : 4.0) * unit);
+  noise.pixel = std::clamp(kC.noise_gain * static_cast<double>(quantile(sample, kC.noise_quantile)),
+                           known ? 0.25 * unit : kLeastSigma, (known ? 2.0 : 4.0) * unit);
   noise.of_model = noise.pixel / unit;
   const double mean = second_difference(grid, grid.q, sample);
   const double slope = static_cast<double>(Grid::kHalfCell) *
@@ -271,8 +272,8 @@ std::optional<PlaneFit> fit(const Moments& m) {
 }
 
 template <class Raw>
-void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const SensorModel& sensor, int threads, GridBuffers& buffers,
-                   Grid& grid) {
+void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const SensorModel& sensor, int threads,
+                   GridBuffers& buffers, Grid& grid) {
   resize(view.width(), view.height(), grid);
   clear_border(grid);
   parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) {

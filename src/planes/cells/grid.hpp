@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <optional>
 
+#include "filter/depth_rows.hpp"
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/sensor.hpp"
-#include "filter/depth_rows.hpp"
 #include "kernels/cells.h"
 #include "planes/cells/image_rows.hpp"
 
@@ -109,8 +109,8 @@ class Grid {
   int height = 0;
 
   AlignedVector<float> n, u, v, q, uu, uv, vv, du, dv, residual;  ///< As kernels::CellMoments; u, v from the image's centre.
-  AlignedVector<float> shape;   ///< The noise of this cell relative to the frame's.
-  AlignedVector<float> slack;   ///< Square of what a member of a region may be off, per metre.
+  AlignedVector<float> shape;                                     ///< The noise of this cell relative to the frame's.
+  AlignedVector<float> slack;                                     ///< Square of what a member of a region may be off, per metre.
   AlignedVector<std::uint8_t> usable;
   AlignedVector<std::uint8_t> links;   ///< kRight | kDown | kLeft | kUp
   AlignedVector<std::int32_t> linked;  ///< Of one direction.
@@ -123,7 +123,9 @@ class Grid {
 
   [[nodiscard]] std::size_t size() const { return n.size(); }
   [[nodiscard]] int index(int row, int column) const { return (row + 1) * stride + column + 1; }
-  [[nodiscard]] int step(int direction) const { return direction == 0 ? 1 : direction == 1 ? stride : direction == 2 ? -1 : -stride; }
+  [[nodiscard]] int step(int direction) const {
+    return direction == 0 ? 1 : direction == 1 ? stride : direction == 2 ? -1 : -stride;
+  }
 
   /// Square of k sigmas of a cell plus a length, in inverse depth.
   [[nodiscard]] float tolerance(int cell, double k, double length_m) const {
@@ -187,7 +189,7 @@ struct GridBuffers {
 
 /// Fills the grid: cells, noise, usable cells, links.
 template <class Raw>
-void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const SensorModel& sensor, int threads, GridBuffers& buffers,
-                   Grid& grid);
+void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const SensorModel& sensor, int threads,
+                   GridBuffers& buffers, Grid& grid);
 
 }  // namespace fransac::cells

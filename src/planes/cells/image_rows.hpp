@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "filter/depth_rows.hpp"
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/parallel.hpp"
-#include "filter/depth_rows.hpp"
 #include "kernels/cells.h"
 
 namespace fransac::cells {

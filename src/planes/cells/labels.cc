@@ -76,9 +76,11 @@ class Flood {
       const int column = j % grid_.stride - 1;
       if (row < 0 || row >= grid_.rows || column < 0 || column >= grid_.columns || b_.spread[at(j)] != kNobody) continue;
       // A cell that is a plane by itself must be this plane.
-      if (grid_.usable[at(j)] != 0 && !grid_.distance(j, FloatPlane(plane)).within(static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(j)])) continue;
+      if (grid_.usable[at(j)] != 0 &&
+          !grid_.distance(j, FloatPlane(plane)).within(static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(j)]))
+        continue;
       const auto fits = kernels::cell_kernels<Raw>().fits(image_.cells(row), at(column), metres_per_unit_,
-                                                           cell_plane(plane, grid_, row, 0), tolerance_.row(row));
+                                                          cell_plane(plane, grid_, row, 0), tolerance_.row(row));
       constexpr std::uint32_t kLeast = 5;
       if (fits.fitting < kLeast || fits.fitting < kC.flood_share * fits.measured) continue;
       b_.spread[at(j)] = owner;
@@ -180,7 +182,7 @@ class RowLabeller {
     const auto& kernel = kernels::cell_kernels<Raw>();
     const std::size_t cells = at(end - first);
     if (candidates.count == 0) return kernel.label_none(pixels, at(first), cells, out);
-    std::array<kernels::CellPlane, kernels::kMostCandidates> planes;  // NOLINT(*-member-init): the first `count` are set
+    std::array<kernels::CellPlane, kernels::kMostCandidates> planes;          // NOLINT(*-member-init): the first `count` are set
     std::array<kernels::CellRunEvidence, kernels::kMostCandidates> evidence;  // NOLINT(*-member-init)
     task.counts.resize(kernels::kMostCandidates * at(grid_.columns));
     for (int k = 0; k < candidates.count; ++k) {
@@ -211,7 +213,8 @@ class RowLabeller {
     for (std::size_t k = 0; k < cells; ++k) {
       if (evidence.count[k] == 0) continue;
       const double u = static_cast<double>(at(first) + k) * kCell + 0.5 * (kCell - 1);
-      // Near its horizon a plane says nothing of depth, and a cell of mixed depths does not; where they agree the plane is better.
+      // Near its horizon a plane says nothing of depth, and a cell of mixed depths does not; where they agree the plane is
+      // better.
       const auto measured = static_cast<double>(grid_.q[at(grid_.index(row, first) + static_cast<int>(k))]);
       const double on_plane = plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height);
       const double q = std::max(measured > 0.0 && on_plane < kHorizon * measured ? measured : on_plane,
@@ -246,13 +249,14 @@ PixelEvidence& PixelEvidence::operator+=(const PixelEvidence& other) {
 }
 
 template <class Raw>
-void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid, const Regions& regions,
-                  const std::vector<std::uint8_t>& label_of_region, int threads, LabelPixelBuffers& buffers, std::uint8_t* labels) {
+void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid,
+                  const Regions& regions, const std::vector<std::uint8_t>& label_of_region, int threads,
+                  LabelPixelBuffers& buffers, std::uint8_t* labels) {
   const Tolerance tolerance(grid, buffers.tolerance);
   Flood<Raw>(image, view.metres_per_unit(), grid, regions, tolerance, buffers).run(label_of_region);
   find_uniform(grid, buffers.spread, buffers.uniform);
   const RowLabeller<Raw> labeller(image, view, camera, grid, regions, label_of_region, tolerance, buffers.spread,
-                                   buffers.uniform.uniform);
+                                  buffers.uniform.uniform);
   const std::size_t tasks = cell_row_tasks(grid.rows);
   buffers.tasks.resize(std::max(buffers.tasks.size(), tasks));
   parallel_for(threads, tasks, [&](std::size_t i) {

@@ -41,7 +41,8 @@ struct LabelPixelBuffers {
 /// Labels every pixel with its region's label, `label_of_region[region]`, or 255, or 0 where nothing is kept. A region with label
 /// 0 gets nothing. `labels` is the whole image.
 template <class Raw>
-void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid, const Regions& regions,
-                  const std::vector<std::uint8_t>& label_of_region, int threads, LabelPixelBuffers& buffers, std::uint8_t* labels);
+void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid,
+                  const Regions& regions, const std::vector<std::uint8_t>& label_of_region, int threads,
+                  LabelPixelBuffers& buffers, std::uint8_t* labels);
 
 }  // namespace fransac::cells

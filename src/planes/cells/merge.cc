@@ -137,8 +137,8 @@ class Merger {
                          b.fit.mean_squared_residual * b.moments.n) /
                         std::min(a.moments.n, b.moments.n);
     const bool smooth = 2 * border.smooth >= border.length;
-    const bool alike = meet ? rise <= tolerance(p, kC.near_k, smooth ? kC.near_smooth_m : kC.near_m)
-                            : rise <= far && !is_seen_past(p, *joint);
+    const bool alike =
+        meet ? rise <= tolerance(p, kC.near_k, smooth ? kC.near_smooth_m : kC.near_m) : rise <= far && !is_seen_past(p, *joint);
     if (alike) p.rise = static_cast<float>(rise);
   }
 
@@ -188,7 +188,8 @@ class Merger {
 
   void merge_all() {
     for (;;) {
-      const auto best = std::min_element(b_.pairs.begin(), b_.pairs.end(), [](const Pair& x, const Pair& y) { return x.rise < y.rise; });
+      const auto best =
+          std::min_element(b_.pairs.begin(), b_.pairs.end(), [](const Pair& x, const Pair& y) { return x.rise < y.rise; });
       if (best == b_.pairs.end() || best->rise == kApart) return;
       merge(best->a, best->b);
     }

@@ -133,7 +133,8 @@ class Grower {
     return plane ? rank_of(static_cast<float>(plane->mean_squared_residual), centre) : kNone;
   }
 
-  /// The residuals of the planes through all 3 x 3 blocks of free cells, as if no cell lacked a pixel: it is for their order only.
+  /// The residuals of the planes through all 3 x 3 blocks of free cells, as if no cell lacked a pixel: it is for their order
+  /// only.
   void fit_full_blocks() {
     const std::size_t size = grid_.size();
     b_.residual.resize(size);
@@ -147,7 +148,7 @@ class Grower {
     float* const __restrict residual = b_.residual.data();
     std::uint8_t* const __restrict full = b_.full.data();
     constexpr float kSize = kernels::kCell;
-    constexpr float kSpread = (kSize * kSize - 1.0F) / 12.0F;               // mean square of a cell's columns about their mean
+    constexpr float kSpread = (kSize * kSize - 1.0F) / 12.0F;              // mean square of a cell's columns about their mean
     constexpr float kBlockSpread = 6.0F * kSize * kSize + 9.0F * kSpread;  // nine times that of the block's
     const auto end = static_cast<std::ptrdiff_t>(size) - stride - 1;
     for (std::ptrdiff_t i = stride + 1; i < end; ++i) {
@@ -184,7 +185,8 @@ class Grower {
     std::optional<PlaneFit> plane = fit_block(block, centre);
     if (!plane) return;
     Moments moments;
-    // The first flood refits as it goes; the others begin anew with the last plane, so that what an early one took by mistake goes.
+    // The first flood refits as it goes; the others begin anew with the last plane, so that what an early one took by mistake
+    // goes.
     constexpr int kFloods = 3;
     for (int flood = 0; flood < kFloods; ++flood) {
       plane = spread(centre, *plane, flood == 0, moments);

@@ -28,13 +28,13 @@ struct Regions {
 
 /// Memory of grow_regions.
 struct RegionBuffers {
-  AlignedVector<Moments> moments;             ///< Of usable cells; each is asked for several times.
-  AlignedVector<std::uint8_t> free;           ///< Usable cells of no region.
-  AlignedVector<std::uint8_t> full;           ///< Centres of blocks of 3 x 3 such cells,
-  AlignedVector<float> residual;              ///< and the mean squared residual of the plane through them.
-  std::vector<std::uint16_t> rank;     ///< Of each seed, by flatness.
-  std::vector<std::int32_t> first;     ///< Where the seeds of a rank start.
-  std::vector<std::int32_t> seeds;     ///< Cells, the flattest first.
+  AlignedVector<Moments> moments;    ///< Of usable cells; each is asked for several times.
+  AlignedVector<std::uint8_t> free;  ///< Usable cells of no region.
+  AlignedVector<std::uint8_t> full;  ///< Centres of blocks of 3 x 3 such cells,
+  AlignedVector<float> residual;     ///< and the mean squared residual of the plane through them.
+  std::vector<std::uint16_t> rank;   ///< Of each seed, by flatness.
+  std::vector<std::int32_t> first;   ///< Where the seeds of a rank start.
+  std::vector<std::int32_t> seeds;   ///< Cells, the flattest first.
   std::vector<std::int32_t> members;
   AlignedVector<std::int32_t> mark;
   struct Shape;
