@@ -6,7 +6,7 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fransac)
 set(headers ${PROJECT_SOURCE_DIR}/include/fransac)
 
 install(DIRECTORY ${headers} ${PROJECT_BINARY_DIR}/include/fransac DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-        FILES_MATCHING PATTERN "*.hpp" PATTERN io EXCLUDE)
+        FILES_MATCHING PATTERN "*.hpp" PATTERN io EXCLUDE PATTERN tuning.hpp EXCLUDE)
 if(FRANSAC_BUILD_IO)
   install(DIRECTORY ${headers}/io DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/fransac
           FILES_MATCHING PATTERN "*.hpp" PATTERN cloud_file.hpp EXCLUDE)

@@ -149,6 +149,7 @@ Command add_evaluate(CLI::App& parent) {
   add_runs(*app, command->runs, 100000, "runs per frame; the median time counts");
   app->footer(fmt::format(
       "precision, recall, F1: plane 1 against the truth's dominant plane; best F1: the predicted plane that overlaps it most.\n"
+      "matched: F1 of plane 1 against the true plane that it fits best. A frame without a true plane has no scores.\n"
       "F1@0.5, F1@0.75 (matches of planes by IoU) and wIoU (area-weighted IoU) need a truth of all planes and more than one "
       "plane asked for\n"
       "(--planes all). angle, offset: error of the plane that overlaps most, where the truth has coefficients.\n"

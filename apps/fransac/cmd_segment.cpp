@@ -22,6 +22,7 @@
 #include "fransac/filter/deproject.hpp"
 #include "fransac/io/file.hpp"
 #include "fransac/io/overlay.hpp"
+#include "fransac/planes/outline.hpp"
 #include "fransac/version.hpp"
 #include "inputs.hpp"
 #include "options.hpp"
@@ -57,6 +58,7 @@ struct SegmentCommand {
   Output json{"--json", ".json", {}, {}};
   Output overlay{"--overlay", ".png", kPicture, {}};
   Output cloud{"--cloud", ".ply", kCloud, {}};
+  bool outlines = false;
   SegmentOptions options;
 
   [[nodiscard]] std::array<const Output*, 4> outputs() const { return {&labels, &overlay, &cloud, &json}; }
@@ -131,6 +133,7 @@ void check_usage(const SegmentCommand& command) {
       throw UsageError(fmt::format("{}: only --json can go to standard output", output->option));
     }
   }
+  if (command.outlines && !command.json.asked()) throw UsageError("--outlines: outlines are part of --json, which is missing");
 #ifndef FRANSAC_HAS_CLOUD_IO
   if (command.cloud.asked())
     throw UsageError("--cloud: this fransac was built without support for point clouds (FRANSAC_BUILD_CLOUD_IO)");
@@ -148,9 +151,10 @@ void check_names(const SegmentCommand& command, const Input& input) {
   }
 }
 
-/// Images of labels need rows and columns.
+/// Images of labels need rows and columns, outlines a camera.
 void check_organised(const SegmentCommand& command, const Content& content) {
   const auto* cloud = std::get_if<PointCloud>(&content);
+  if (cloud != nullptr && command.outlines) throw UsageError("--outlines needs a depth image");
   if (cloud == nullptr || (cloud->organised() && cloud->width <= kMaxImageSide && cloud->height <= kMaxImageSide)) return;
   for (const Output* output : {&command.labels, &command.overlay}) {
     if (output->asked()) throw UsageError(fmt::format("{} needs an organised cloud; use --cloud", output->option));
@@ -191,11 +195,57 @@ void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const C
 #endif
 }
 
-nlohmann::ordered_json plane_to_json(const PlaneSegment& segment) {
-  const Eigen::Vector3d& n = segment.plane.normal;
-  return {{"id", segment.id},           {"normal", {n.x(), n.y(), n.z()}},  {"d", segment.plane.d},
-          {"inliers", segment.inliers}, {"support", segment.support},       {"rms_m", segment.rms_m},
-          {"area_m2", segment.area_m2}, {"iterations", segment.iterations}, {"stop_reason", to_string(segment.stop_reason)}};
+template <class Vector>
+nlohmann::ordered_json vector_to_json(const Vector& vector) {
+  return std::vector<double>(vector.data(), vector.data() + vector.size());
+}
+
+template <class Vector>
+nlohmann::ordered_json vectors_to_json(const std::vector<Vector>& vectors) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const Vector& vector : vectors) json.push_back(vector_to_json(vector));
+  return json;
+}
+
+/// Row by row.
+nlohmann::ordered_json matrix_to_json(const Eigen::Matrix4d& matrix) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const auto& row : matrix.rowwise()) json.push_back(vector_to_json(Eigen::Vector4d(row)));
+  return json;
+}
+
+nlohmann::ordered_json ring_to_json(const Ring& ring) {
+  return {{"pixels", vectors_to_json(ring.pixels)}, {"points", vectors_to_json(ring.points)}};
+}
+
+nlohmann::ordered_json outlines_to_json(const std::vector<Outline>& outlines) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const Outline& outline : outlines) {
+    nlohmann::ordered_json holes = nlohmann::ordered_json::array();
+    for (const Ring& hole : outline.holes) holes.push_back(ring_to_json(hole));
+    json.push_back({{"outer", ring_to_json(outline.outer)}, {"holes", std::move(holes)}});
+  }
+  return json;
+}
+
+nlohmann::ordered_json plane_to_json(const PlaneSegment& segment, Method method) {
+  const bool cells = method == Method::cells;  // the others know no centroid and no covariance
+  return {{"id", segment.id},
+          {"normal", vector_to_json(segment.plane.normal)},
+          {"d", segment.plane.d},
+          {"inliers", segment.inliers},
+          {"support", segment.support},
+          {"rms_m", segment.rms_m},
+          {"area_m2", segment.area_m2},
+          {"centroid", cells ? vector_to_json(segment.centroid) : nullptr},
+          {"kind", enum_name(segment.kind)},
+          {"covariance", cells ? matrix_to_json(segment.covariance) : nullptr},
+          {"iterations", segment.iterations},
+          {"stop_reason", to_string(segment.stop_reason)}};
+}
+
+nlohmann::ordered_json noise_to_json(const DepthNoise& noise) {
+  return {{"constant_m", noise.constant_m}, {"linear", noise.linear}, {"quadratic_per_m", noise.quadratic_per_m}};
 }
 
 nlohmann::ordered_json timing_to_json(const Timing& timing) {
@@ -207,7 +257,7 @@ nlohmann::ordered_json timing_to_json(const Timing& timing) {
   return json;
 }
 
-nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input, std::size_t i,
+nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
                                const Segmentation& segmentation) {
   nlohmann::ordered_json json;
   json["input"] = input.name_of(i);
@@ -217,7 +267,14 @@ nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input
   json["width"] = segmentation.width;
   json["height"] = segmentation.height;
   json["planes"] = nlohmann::ordered_json::array();
-  for (const PlaneSegment& plane : segmentation.planes) json["planes"].push_back(plane_to_json(plane));
+  for (const PlaneSegment& plane : segmentation.planes) json["planes"].push_back(plane_to_json(plane, segmentation.method));
+  if (command.outlines) {
+    const auto of_planes = outlines(segmentation, std::get<io::Frame>(content).camera);
+    for (std::size_t p = 0; p < of_planes.size(); ++p) json["planes"][p]["outlines"] = outlines_to_json(of_planes[p]);
+  }
+  json["up"] = segmentation.up ? vector_to_json(*segmentation.up) : nullptr;
+  json["up_source"] = enum_name(segmentation.up_source);
+  json["noise"] = segmentation.method == Method::cells ? noise_to_json(segmentation.noise) : nullptr;
   json["iterations"] = segmentation.iterations;
   json["stop_reason"] = to_string(segmentation.stop_reason);
   json["timing_ms"] = timing_to_json(segmentation.timing);
@@ -225,7 +282,7 @@ nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input
   json["sampled_points"] = segmentation.sampled_points;
   json["rejected"] = segmentation.rejected;
   json["degenerate_samples"] = segmentation.degenerate;
-  json["options"] = options_to_json(command.options);
+  json["options"] = options_to_json(with_defaults(command.options, segmentation.method));
   json["fransac_version"] = kVersion;
   return json;
 }
@@ -265,12 +322,14 @@ CloudScale scale_of(const PointCloud& cloud) {
 /// Why there may be no plane and what to try.
 void explain_no_planes(const std::string& name, const Content& content, const SegmentOptions& options,
                        const Segmentation& segmentation) {
+  const double min_support = *with_defaults(options, segmentation.method).min_support;
+  const bool cells = segmentation.method == Method::cells;  // it knows no threshold
+  const std::string threshold = cells ? "" : fmt::format("a larger --threshold (now {:g} m) or ", options.ransac.threshold_m);
   log(fmt::format(
-      "{}: no plane has the minimum support of {:g} % of the {} sampled points; try a larger --threshold (now {:g} m) or a "
-      "smaller --min-support (now {:g})",
-      name, 100.0 * options.min_support, segmentation.sampled_points, options.ransac.threshold_m, options.min_support));
+      "{}: no plane has the minimum support of {:g} % of the {} sampled points; try {}a smaller --min-support (now {:g})", name,
+      100.0 * min_support, segmentation.sampled_points, threshold, min_support));
   const auto* cloud = std::get_if<PointCloud>(&content);
-  if (cloud == nullptr) return;
+  if (cloud == nullptr || cells) return;
   const CloudScale scale = scale_of(*cloud);
   if (scale.spacing_m <= options.ransac.threshold_m) return;
   log(fmt::format(
@@ -282,18 +341,19 @@ void explain_no_planes(const std::string& name, const Content& content, const Se
 std::string normal_text(const Eigen::Vector3d& n) { return fmt::format("({:+.4f}, {:+.4f}, {:+.4f})", n.x(), n.y(), n.z()); }
 
 Table plane_table(const Input& input) {
-  std::vector<std::string> headings{"plane",   "<normal",  "d [m]",    input.is_cloud() ? "points" : "pixels",
-                                    "support", "rms [mm]", "area [m2]"};
+  std::vector<std::string> headings{"plane",   "<normal",  "d [m]",     input.is_cloud() ? "points" : "pixels",
+                                    "support", "rms [mm]", "area [m2]", "<kind"};
   if (input.is_folder_of_frames()) headings.insert(headings.begin(), "<frame");
   return Table(std::move(headings));
 }
 
 void add_planes(Table& table, const Input& input, std::size_t i, const Segmentation& segmentation) {
   for (const PlaneSegment& segment : segmentation.planes) {
-    std::vector<std::string> cells{fmt::format("{}", segment.id),          normal_text(segment.plane.normal),
-                                   fmt::format("{:.4f}", segment.plane.d), fmt::format("{}", segment.inliers),
-                                   fmt::format("{}", segment.support),     fmt::format("{:.2f}", 1e3 * segment.rms_m),
-                                   fmt::format("{:.3f}", segment.area_m2)};
+    std::vector<std::string> cells{
+        fmt::format("{}", segment.id),          normal_text(segment.plane.normal),
+        fmt::format("{:.4f}", segment.plane.d), fmt::format("{}", segment.inliers),
+        fmt::format("{}", segment.support),     fmt::format("{:.2f}", 1e3 * segment.rms_m),
+        fmt::format("{:.3f}", segment.area_m2), segment.kind == PlaneKind::unknown ? "" : std::string(enum_name(segment.kind))};
     if (input.is_folder_of_frames()) cells.insert(cells.begin(), input.frames[i].name);
     table.add(std::move(cells));
   }
@@ -316,7 +376,7 @@ EncodedOutputs encode_outputs(const SegmentCommand& command, const Input& input,
   if (command.overlay.asked()) encoded.overlay = unwrap(io::encode_png(overlay_of(input, i, content, segmentation)));
   if (command.json.asked()) {
     const bool line = command.json.to_stdout() && input.is_folder_of_frames();
-    encoded.json = to_text(to_json(command, input, i, segmentation), line ? -1 : 2);
+    encoded.json = to_text(to_json(command, input, i, content, segmentation), line ? -1 : 2);
   }
   return encoded;
 }
@@ -398,6 +458,8 @@ Command add_segment(CLI::App& parent) {
   add_output(*app, "--labels", command->labels.path, "label image: 8-bit PNG, 0 no depth, 1, 2, ... planes, 255 on no plane",
              "FILE");
   add_output(*app, "--json", command->json.path, "planes, evidence and timing; '-' is standard output", "FILE|-");
+  app->add_flag("--outlines", command->outlines,
+                "the planes' outlines in --json: polygons with holes, in pixels and on the plane in metres (depth images)");
   add_output(*app, "--overlay", command->overlay.path, "picture of the planes: PNG", "FILE");
   add_output(*app, "--cloud", command->cloud.path, "coloured points with labels: .pcd or .ply", "FILE");
   add_segment_options(*app, command->options);

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "errors.hpp"
+#include "fransac/core/labels.hpp"
 #include "fransac/eval/metrics.hpp"
 #include "inputs.hpp"
 #include "progress.hpp"
@@ -44,16 +45,29 @@ void score_coefficients(Scores& scores, const io::Frame& frame, const Segmentati
   scores[Quantity::offset_m] = error.offset_m;
 }
 
+/// Plane 1 against the true plane that it fits best. Where the truth is the dominant plane alone, that is the only one.
+eval::Detection matched_of(const std::vector<std::uint8_t>& true_labels, const std::vector<std::uint8_t>& labels, io::Truth truth,
+                           const eval::Detection& dominant) {
+  return truth == io::Truth::planes ? unwrap(eval::matched_plane(true_labels, labels)).detection : dominant;
+}
+
 Scores score(const io::Frame& frame, io::Truth truth, const SegmentOptions& options, const Segmentation& segmentation) {
   const auto& true_labels = frame.labels->pixels;
+  Scores scores;
+  // Against no plane at all nothing can be scored but the number of planes found.
+  const auto is_plane = [](std::uint8_t label) { return label != kLabelNoDepth && label != kLabelNoPlane; };
+  if (std::none_of(true_labels.begin(), true_labels.end(), is_plane)) return scores;
   const auto dominant = unwrap(eval::dominant_plane(true_labels, segmentation.labels));
   const auto best = unwrap(eval::best_overlap(true_labels, segmentation.labels));
-  Scores scores;
+  const auto matched = matched_of(true_labels, segmentation.labels, truth, dominant);
   scores[Quantity::precision] = dominant.precision();
   scores[Quantity::recall] = dominant.recall();
   scores[Quantity::f1] = dominant.f1();
   scores[Quantity::best_f1] = best.detection.f1();
-  if (truth == io::Truth::planes && options.max_planes != 1) {
+  scores[Quantity::matched_f1] = matched.f1();
+  scores[Quantity::matched_precision] = matched.precision();
+  scores[Quantity::matched_recall] = matched.recall();
+  if (truth == io::Truth::planes && with_defaults(options, segmentation.method).max_planes != 1) {
     score_instances(scores, unwrap(eval::instance_metrics(true_labels, segmentation.labels)));
   }
   score_coefficients(scores, frame, segmentation, best.label);

@@ -12,6 +12,7 @@
 
 #include "commands.hpp"
 #include "errors.hpp"
+#include "fransac/planes/tuning.hpp"
 #include "fransac/version.hpp"
 #include "output.hpp"
 
@@ -43,7 +44,20 @@ void check_command(std::span<const Command> commands, const std::string& word) {
       fmt::format("unknown command '{}'; there are segment, evaluate, report, bench, synth\nSee: fransac --help", word));
 }
 
+#ifdef FRANSAC_TUNABLE
+/// For scripts/sensitivity: whether the constants' names were asked for.
+bool lists_constants(int argc, char** argv) {
+  if (const Status& status = tuning_status(); !status) throw UsageError(status.error().message);
+  if (argc != 2 || std::string_view(argv[1]) != "--list-constants") return false;
+  write_stdout(fmt::format("{}\n", fmt::join(tunable_constants(), "\n")));
+  return true;
+}
+#else
+bool lists_constants(int /*argc*/, char** /*argv*/) { return false; }
+#endif
+
 void run(int argc, char** argv) {
+  if (lists_constants(argc, argv)) return;
   CLI::App app("Planes in depth frames and point clouds.", "fransac");
   app.set_version_flag("--version", fmt::format("fransac {}", kVersion), "print the version and exit");
   app.require_subcommand(0, 1);  // none is refused below: the parser would not name a mistyped one

@@ -14,6 +14,7 @@ namespace {
 constexpr const char* kGroup = "Parameters of the methods";
 constexpr std::string_view kPlanes = "planes";  // the one option with a word, 'all', for a number: 0
 constexpr std::string_view kMethod = "method";
+constexpr std::string_view kSensorParam = "sensor-param";
 
 template <class T>
 struct IsOptional : std::false_type {};
@@ -41,7 +42,9 @@ bool in_range(const OptionInfo& info, double value) {
 
 template <class T>
 std::string value_text(const T& value) {
-  if constexpr (IsOptional<T>::value) {
+  if constexpr (std::is_same_v<T, std::optional<Eigen::Vector3d>>) {
+    return value ? fmt::format("{},{},{}", value->x(), value->y(), value->z()) : "none";
+  } else if constexpr (IsOptional<T>::value) {
     return value ? value_text(*value) : "the method decides";
   } else if constexpr (Named<T>) {
     return std::string(enum_name(value));
@@ -57,6 +60,8 @@ template <class T>
 std::string expected_text(const OptionInfo& info, const T& value) {
   if constexpr (IsOptional<T>::value) {
     return expected_text(info, typename T::value_type{});
+  } else if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
+    return "a direction x,y,z, not all 0";
   } else if constexpr (Named<T>) {
     return "one of " + enum_list<T>();
   } else {
@@ -69,6 +74,19 @@ std::string expected_text(const OptionInfo& info, const T& value) {
   }
 }
 
+/// Three numbers, separated by commas.
+std::optional<Eigen::Vector3d> parse_vector(const std::string& text) {
+  const std::vector<std::string> parts = CLI::detail::split(text, ',');
+  if (parts.size() != 3) return std::nullopt;
+  Eigen::Vector3d vector;
+  for (int i = 0; i < 3; ++i) {
+    const auto number = parse_number<double>(parts[static_cast<std::size_t>(i)]);
+    if (!number) return std::nullopt;
+    vector[i] = *number;
+  }
+  return vector;
+}
+
 /// Reads a value; false when it is none or outside its range.
 template <class T>
 bool read_value(const OptionInfo& info, const std::string& text, T& value) {
@@ -76,6 +94,11 @@ bool read_value(const OptionInfo& info, const std::string& text, T& value) {
     typename T::value_type inner{};
     if (!read_value(info, text, inner)) return false;
     value = inner;
+    return true;
+  } else if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
+    const auto vector = parse_vector(text);
+    if (!vector || !vector->allFinite() || vector->isZero(0.0)) return false;
+    value = *vector;
     return true;
   } else if constexpr (Named<T>) {
     const auto named = enum_from_name<T>(text);
@@ -91,6 +114,15 @@ bool read_value(const OptionInfo& info, const std::string& text, T& value) {
 
 template <class T>
 inline constexpr bool kIsFlag = std::is_same_v<T, bool> || std::is_same_v<T, std::optional<bool>>;
+
+template <class T>
+const char* type_name() {
+  if constexpr (IsOptional<T>::value) {
+    return type_name<typename T::value_type>();
+  } else {
+    return Named<T> ? "NAME" : std::is_same_v<T, Eigen::Vector3d> ? "X,Y,Z" : "N";
+  }
+}
 
 /// "help [unit, range, default …]"
 std::string describe(const OptionInfo& info, const std::string& expected, const std::string& default_text) {
@@ -116,16 +148,15 @@ struct AddFlag {
       const auto set = [&value, info, flag, expected](const std::string& text) {
         if (!read_value(info, text, value)) reject(flag, expected, text);
       };
-      const char* const type = Named<T> ? "NAME" : "N";
       app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))
-          ->type_name(type)
+          ->type_name(type_name<T>())
           ->group(kGroup);
     }
   }
 };
 
 /// "--planes N|all": 0 means all in the options, but nobody asks for 0 planes.
-void add_planes(CLI::App& app, OptionInfo info, int& value) {
+void add_planes(CLI::App& app, OptionInfo info, std::optional<int>& value) {
   info.min = 1;
   const std::string flag = fmt::format("--{}", info.name);
   const std::string expected = expected_text(info, value) + ", or 'all'";
@@ -138,6 +169,46 @@ void add_planes(CLI::App& app, OptionInfo info, int& value) {
   };
   info.unit = "";
   app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))->type_name("N|all")->group(kGroup);
+}
+
+/// Reads "NAME=VALUE" into the parameter of that name; `given` are those of the same command line so far.
+void set_parameter(const std::string& flag, const std::string& text, SensorOptions& sensor, std::vector<std::string>& given) {
+  const std::size_t equals = text.find('=');
+  const std::string name = text.substr(0, equals);
+  std::string known;
+  bool found = false;
+  for_each_parameter(sensor, [&](const SensorParameter& parameter, std::optional<double>& value) {
+    known += (known.empty() ? "" : ", ") + std::string(parameter.name);
+    if (name != parameter.name) return;
+    found = true;
+    const OptionInfo info{.name = parameter.name, .unit = {}, .help = {}, .min = parameter.min, .max = parameter.max};
+    const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
+    if (!read_value(info, number, value)) reject(flag, fmt::format("{}={}", name, expected_text(info, value)), text);
+  });
+  if (!found) reject(flag, "NAME=VALUE with a name out of " + known, text);
+  if (std::find(given.begin(), given.end(), name) != given.end()) {
+    throw CLI::ValidationError(flag, fmt::format("'{}' is given twice", name));
+  }
+  given.push_back(name);
+}
+
+/// "--sensor-param NAME=VALUE", once for each.
+void add_sensor_parameters(CLI::App& app, SensorOptions& sensor) {
+  const std::string flag = fmt::format("--{}", kSensorParam);
+  std::string names;
+  for_each_parameter(sensor, [&](const SensorParameter& parameter, const auto& /*value*/) {
+    const std::string range = fmt::format("{}, {} to {}", parameter.unit, parameter.min, parameter.max);
+    names += fmt::format("{}{}: {} ({})", names.empty() ? "" : "; ", parameter.name, parameter.help, range);
+  });
+  const auto set = [&sensor, flag](const std::vector<std::string>& texts) {
+    std::vector<std::string> given;
+    for (const std::string& text : texts) set_parameter(flag, text, sensor, given);
+  };
+  app.add_option_function<std::vector<std::string>>(
+         flag, set, fmt::format("a number of the sensor, once for each: {} [default: by the kind of sensor]", names))
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false)
+      ->group(kGroup);
 }
 
 void add_methods(CLI::App& app, const OptionInfo& info, std::vector<Method>& methods) {
@@ -166,9 +237,12 @@ struct ToJson {
 
   template <class T>
   void operator()(const OptionInfo& info, const T& value) const {
-    nlohmann::ordered_json& slot = json[std::string(info.name)];
+    nlohmann::ordered_json& options = info.parameter_of.empty() ? json : json[std::string(info.parameter_of)];
+    nlohmann::ordered_json& slot = options[std::string(info.name)];
     if constexpr (IsOptional<T>::value) {
       if (value) (*this)(info, *value);
+    } else if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
+      slot = {value.x(), value.y(), value.z()};
     } else if constexpr (Named<T>) {
       slot = enum_name(value);
     } else {
@@ -216,12 +290,14 @@ void add_document(CLI::App& app, const std::string& name, std::string& value) {
 
 void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods) {
   for_each_option(options, [&](const OptionInfo& info, auto& value) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, int>) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::optional<int>>) {
       if (info.name == kPlanes) return add_planes(app, info, value);
     }
+    if (info.parameter_of == kSensorParam) return;
     if (info.name == kMethod && several_methods != nullptr) return add_methods(app, info, *several_methods);
     AddFlag{app}(info, value);
   });
+  add_sensor_parameters(app, options.sensor);
 }
 
 SegmentOptions Runs::options_of(Method method) const {

@@ -78,18 +78,22 @@ void Table::add(std::vector<std::string> cells) {
 
 std::string Table::text() const {
   std::vector<std::size_t> widths(left_.size(), 0);
-  for (const auto& row : rows_) {
-    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  for (std::size_t r = rows_.size(); r-- > 0;) {
+    for (std::size_t c = 0; c < rows_[r].size(); ++c) {
+      const bool nothing_below = r == 0 && rows_.size() > 1 && widths[c] == 0;
+      if (!nothing_below) widths[c] = std::max(widths[c], rows_[r][c].size());
+    }
   }
-  std::size_t total = 2 * (left_.size() - 1);
-  for (const std::size_t width : widths) total += width;
+  std::size_t total = 0;
+  for (const std::size_t width : widths) total += (total > 0 && width > 0 ? 2 : 0) + width;
 
   std::string text;
   for (const auto& row : rows_) {
     std::string line = row.empty() ? std::string(total, '-') : "";
     for (std::size_t c = 0; c < row.size(); ++c) {
+      if (widths[c] == 0) continue;
       const std::string padding(widths[c] - row[c].size(), ' ');
-      line += (c == 0 ? "" : "  ") + (left_[c] ? row[c] + padding : padding + row[c]);
+      line += (line.empty() ? "" : "  ") + (left_[c] ? row[c] + padding : padding + row[c]);
     }
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";

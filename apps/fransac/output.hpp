@@ -30,7 +30,8 @@ struct Document {
 /// Writes what is asked for; the table goes to stdout unless a document does.
 void write_results(const std::vector<Document>& documents, const std::function<std::string()>& table);
 
-/// Rows of text in aligned columns. A heading that starts with '<' (dropped) makes its column flush left.
+/// Rows of text in aligned columns. A heading that starts with '<' (dropped) makes its column flush left. A column with nothing
+/// in it is left out.
 class Table {
  public:
   explicit Table(std::vector<std::string> headings);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From the results of bench_peers to the pages: `python3 bench/page COMMAND …`. scripts/bench calls it."""
+"""From the results of bench_peers to the pages and the README's table: `python3 bench/page COMMAND …`. scripts/bench calls it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import page
 import results
 
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
-PAGES = ("benchmark.md", "reproduction.md")
+PAGES = (DOCS / "benchmark.md", DOCS / "reproduction.md", DOCS.parent / "README.md")
 
 
 def measure(arguments: argparse.Namespace) -> None:
@@ -39,10 +39,11 @@ def render(arguments: argparse.Namespace) -> None:
     import plots
 
     drawn = plots.draw(found, folder, png=arguments.png)
-    for name in PAGES:
-        text = (DOCS / name).read_text(encoding="utf-8")
-        (arguments.out / name).write_text(page.fill(text, found, drawn), encoding="utf-8")
-        print(arguments.out / name)
+    for source in PAGES:
+        filled = page.fill(source.read_text(encoding="utf-8"), found, drawn)
+        out = source if arguments.out == DOCS else arguments.out / source.name
+        out.write_text(filled, encoding="utf-8")
+        print(out)
 
 
 def main() -> None:

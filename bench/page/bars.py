@@ -7,9 +7,10 @@ import dataclasses
 from collections.abc import Callable, Iterator
 
 import accuracy
-from results import Results, Row, median, ratio, summarise
+from results import Results, Row, mean, median, ratio, scores, summarise
 
 DATASETS = ("mosd", "tum")
+LARGE = "azure"  # one frame of 1920 x 1080 pixels
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Claim:
             return "not measured"
         if self.met:
             return "met"
-        if self.unit == "×":
+        if self.unit:
             return f"missed by {abs(self.measured / self.limit - 1):.0%}"
         return f"missed by {abs(self.measured - self.limit):.4f}"
 
@@ -120,6 +121,8 @@ def same_name_bar(results: Results) -> Iterator[Claim]:
     """Each rival of the same name by its best build; mean F1 over the dataset's frames."""
     for dataset in DATASETS:
         for peer, own in results.summaries(suite="segment", library="fransac", dataset=dataset, threads=1).items():
+            if peer not in accuracy.METHODS:
+                continue
             rivals = results.summaries(suite="segment", method=own.first.method, dataset=dataset, threads=1)
             best = max(
                 ((rival.f1, name) for name, rival in rivals.items() if rival.first.library != "fransac" and rival.f1 is not None),
@@ -162,11 +165,17 @@ def before_bar(results: Results) -> Iterator[Claim]:
 
 def mosd_bar(results: Results) -> Iterator[Claim]:
     for peer, own in results.summaries(suite="segment", library="fransac", dataset="mosd", threads=1).items():
+        if peer not in accuracy.METHODS:
+            continue
         yield Claim(f"`{peer}`: mean F1 with refinement", "mosd", "≥", 0.9965, own.f1, unit="")
 
 
 def threads_bar(results: Results) -> Iterator[Claim]:
-    rows = [row for row in results.select(suite="threads", library="fransac", method="fransac") if row.height > 1]
+    rows = [
+        row
+        for row in results.select(suite="threads", library="fransac", method="fransac")
+        if row.height > 1 and row.dataset != LARGE
+    ]
     pixels = sorted({row.width * row.height for row in rows})
     if not pixels:
         yield Claim("`fransac`: two threads, speed-up", "1920x1080", "≥", 1.6, None)
@@ -177,7 +186,52 @@ def threads_bar(results: Results) -> Iterator[Claim]:
         yield Claim("`fransac`: two threads, speed-up", f"{of_size[0].width}x{of_size[0].height}", "≥", limit, value)
 
 
+def cells(results: Results, **wanted: object) -> list[Row]:
+    return results.select(peer="cells", **({"suite": "planes"} | wanted))
+
+
+def either(*claims: Claim) -> Claim:
+    """Bars of which one is enough: the one that is met best."""
+    measured = [claim for claim in claims if claim.measured is not None]
+    return min(measured, key=lambda claim: claim.measured / claim.limit, default=claims[0])
+
+
+def cells_time_bar(results: Results) -> Iterator[Claim]:
+    """Within a time, or within a multiple of the deprojection loop that takes turns with it."""
+    for dataset in DATASETS:
+        times = {row.frame: row.time.median for row in cells(results, dataset=dataset) if row.time}
+        floor = {row.frame: row.time.median for row in results.select(suite="planes", peer="floor-deproject") if row.time}
+        quotients = [time / floor[frame] for frame, time in times.items() if frame in floor]
+        for what, of, ms, multiple in (("mean frame", mean, 0.25, 5.0), ("worst frame", max, 0.35, 7.0)):
+            yield either(
+                Claim(f"`cells`, {what}", dataset, "≤", ms, of(times.values()) if times else None, unit=" ms"),
+                Claim(f"`cells` / plain deprojection loop, {what}", dataset, "≤", multiple, of(quotients) if quotients else None),
+            )
+    for threads, limit in ((1, 1.8), (2, 1.1)):
+        time = summarise(cells(results, suite="threads", dataset=LARGE, threads=threads)).time
+        words = "one thread" if threads == 1 else "two threads"
+        yield Claim(f"`cells`, {words}", "1920x1080", "≤", limit, time.median if time else None, unit=" ms")
+
+
+def cells_accuracy_bar(results: Results) -> Iterator[Claim]:
+    for dataset, figure, what, of, limit in (
+        ("tum", "instance_f1_50", "instance F1 at IoU 0.5", mean, 0.88),
+        ("tum", "instance_f1_75", "instance F1 at IoU 0.75", mean, 0.86),
+        ("tum", "weighted_iou", "area-weighted IoU", mean, 0.96),
+        ("tum", "matched_f1", "matched F1 of the first plane", mean, 0.99),
+        ("tum", "matched_f1", "matched F1 of the first plane, worst frame", min, 0.98),
+        ("tum", "plane_pixel_f1", "F1 of plane pixels", mean, 0.975),
+        ("icl_nuim", "instance_f1_50", "instance F1 at IoU 0.5", mean, 0.85),
+        ("mosd", "f1", "F1 of the dominant plane", mean, 0.997),
+        ("mosd", "f1", "F1 of the dominant plane, worst frame", min, 0.988),
+    ):
+        values = scores(cells(results, dataset=dataset), figure)
+        yield Claim(f"`cells`: {what}", dataset, "≥", limit, of(values) if values else None, unit="")
+
+
 BARS: tuple[Callable[[Results], Iterator[Claim]], ...] = (
+    cells_time_bar,
+    cells_accuracy_bar,
     floor_bar,
     fransac_bar,
     voxel_grid_bar,

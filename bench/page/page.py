@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fills the blocks of docs/benchmark.md and docs/reproduction.md: the prose is written by hand, every figure comes from here.
+"""Fills the blocks of docs/benchmark.md, docs/reproduction.md and README.md: the prose is written by hand, every figure comes from here.
 
 A block is what stands between `<!-- block: NAME -->` and `<!-- end -->`; NAME is one of BLOCKS, or `plot NAME` with one
 of PLOTS.
@@ -12,7 +12,7 @@ from collections.abc import Callable, Container, Iterable, Sequence
 
 import accuracy
 import bars
-from results import FEW_SCENES, Results, Row, Summary, ratio, summarise
+from results import FEW_SCENES, Results, Row, Summary, mean, ratio, scores, summarise
 
 NOT_MEASURED = "*Not measured in this run.*"
 BLOCK = re.compile(r"(<!-- block: (?P<name>[^>]+?) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -26,6 +26,18 @@ PAPER = {
     ("speed-up", "fransac"): "7",
 }
 METHODS = accuracy.METHODS
+OURS = (*METHODS, "cells")
+
+# Programs that no distribution packages, on the same frames and with the same scorer, but measured elsewhere: time, instance F1
+# at IoU 0.5 and 0.75, area-weighted IoU, matched F1, F1 of plane pixels.
+QUOTED = {
+    "tum": (
+        ("CAPE", "1.2–1.3", "0.69", "0.57", "0.80", "0.95", "–"),
+        ("PEAC", "8.7–10.8", "0.70", "0.64", "0.88", "0.93", "0.95"),
+        ("a second annotator", "–", "0.94", "0.92", "0.92", "0.97", "0.96"),
+    ),
+    "icl_nuim": (("CAPE", "–", "0.86", "–", "–", "–", "–"),),
+}
 SETTING_NAMES = {
     "paper": "the paper's",
     "textbook": "the same, labels from pixels",
@@ -74,13 +86,14 @@ def machine(results: Results) -> str:
 def claims(results: Results) -> str:
     lines = []
     for claim in bars.claims(results):
-        digits = 4 if not claim.unit else 1 if claim.limit >= 2 else 2
+        digits = 4 if not claim.unit else 3 if claim.unit == " ms" else 1 if claim.limit >= 2 else 2
+        limit_digits = 4 if not claim.unit else 2 if claim.unit == " ms" else 1
         measured = number(claim.measured, digits, claim.unit)
         lines.append(
             (
                 claim.what,
                 claim.where,
-                f"{claim.relation} {claim.limit:.{4 if not claim.unit else 1}f}{claim.unit}",
+                f"{claim.relation} {claim.limit:.{limit_digits}f}{claim.unit}",
                 measured,
                 f"**{claim.verdict}**" if claim.met is False else claim.verdict,
             )
@@ -90,6 +103,69 @@ def claims(results: Results) -> str:
 
 def _floor(results: Results, dataset: str) -> list[Row]:
     return results.select(suite="floor", peer="floor-deproject", dataset=dataset)
+
+
+def readme(results: Results) -> str:
+    """Every plane of the TUM frames, shortly."""
+    found = results.summaries(suite="planes", dataset="tum", threads=1)
+    names = {
+        "cells": "**`cells`**",
+        "opencv-rgbdplane": "OpenCV `RgbdPlane`",
+        "pcl-organized-native": "PCL `OrganizedMultiPlaneSegmentation`",
+    }
+    lines = []
+    for peer, name in names.items():
+        if peer not in found:
+            continue
+        rows = found[peer].rows
+        times = [row.time.median for row in rows if row.time]
+        values = [scores(rows, figure) for figure in ("instance_f1_50", "instance_f1_75", "weighted_iou", "matched_f1")]
+        lines.append([name, ms(mean(times) if times else None), *(number(mean(each) if each else None, 2) for each in values)])
+    if not lines:
+        return NOT_MEASURED
+    lines += [[f"*{name}*", *cells[:5]] for name, *cells in QUOTED["tum"]]
+    return table(("", "ms a frame", "F1 at IoU 0.5", "at 0.75", "weighted IoU", "first plane"), lines)
+
+
+def all_planes(results: Results) -> str:
+    """Those that return every plane, by dataset."""
+    parts = []
+    for dataset in (name for name in results.datasets("planes") if name):
+        found = results.summaries(suite="planes", dataset=dataset, threads=1)
+        floor = results.select(suite="planes", peer="floor-deproject", dataset=dataset)
+        figures = ("instance_f1_50", "instance_f1_75", "weighted_iou", "matched_f1", "plane_pixel_f1")
+        lines = []
+        for peer, summary in found.items():
+            if summary.first.library == "floor":
+                continue
+            times = [row.time.median for row in summary.rows if row.time]
+            accuracy_of = [scores(summary.rows, figure) for figure in figures]
+            dominant = scores(summary.rows, "f1") if not accuracy_of[0] else []
+            lines.append(
+                [
+                    f"**{peer}**" if summary.first.library == "fransac" else peer,
+                    _build(summary),
+                    *(ms(value) for value in ((mean(times), max(times)) if times else (None, None))),
+                    significant(ratio(summary.rows, floor)),
+                    *(number(mean(values) if values else None) for values in accuracy_of),
+                    number(min(accuracy_of[3], default=None)),
+                    number(mean(dominant) if dominant else None, 4),
+                    number(min(dominant, default=None), 4),
+                ]
+            )
+        for name, time, *quoted in QUOTED.get(dataset, ()):
+            lines.append([f"*{name}*", "*quoted*", time, "–", "–", *quoted, "–", "–", "–"])
+        head = [
+            "", "build", "mean frame", "worst", "× floor", "F1 at 0.5", "at 0.75", "weighted IoU", "matched F1", "plane pixels",
+            "worst matched", "dominant F1", "worst",
+        ]  # fmt: skip
+        kept = [place for place in range(len(head)) if place < 4 or any(line[place] != "–" for line in lines)]
+        frames = len({row.scene for row in results.select(suite="planes", dataset=dataset)})
+        title = f"**{dataset}**, {frames} frame{'' if frames == 1 else 's'}, milliseconds"
+        parts.append(
+            f"{title}\n\n" + table([head[i] for i in kept], ([line[i] for i in kept] for line in lines), left=2)
+        )
+    return "\n\n".join(parts) or NOT_MEASURED
 
 
 def _build(summary: Summary) -> str:
@@ -198,7 +274,7 @@ def same_method(results: Results) -> str:
 
 
 def stages(results: Results) -> str:
-    names = ["deproject", "pass_through", "voxel_grid", "ransac", "labels"]
+    names = ["deproject", "pass_through", "voxel_grid", "ransac", "cells", "regions", "merge", "labels"]
     lines = []
     for dataset in results.datasets("segment"):
         for peer, summary in results.summaries(suite="segment", dataset=dataset, library="fransac", threads=1).items():
@@ -214,13 +290,13 @@ def fps_by_scene(results: Results) -> str:
         scenes = list(dict.fromkeys(row.scene for row in results.select(suite="segment", dataset=dataset)))
         for scene in scenes if len(scenes) <= FEW_SCENES else []:
             found = results.summaries(suite="segment", dataset=dataset, scene=scene, library="fransac", threads=1)
-            lines.append([dataset, scene, *(significant(found[method].fps if method in found else None) for method in METHODS)])
+            lines.append([dataset, scene, *(significant(found[method].fps if method in found else None) for method in OURS)])
         found = results.summaries(suite="segment", dataset=dataset, library="fransac", threads=1)
-        lines.append([dataset, "median", *(significant(found[method].fps if method in found else None) for method in METHODS)])
+        lines.append([dataset, "median", *(significant(found[method].fps if method in found else None) for method in OURS)])
     if not lines:
         return NOT_MEASURED
-    lines.append(["the paper's mean", "", *(PAPER.get(("fps", method), "–") for method in METHODS)])
-    return table(("", "scene", *METHODS), lines, left=2)
+    lines.append(["the paper's mean", "", *(PAPER.get(("fps", method), "–") for method in OURS)])
+    return table(("", "scene", *OURS), lines, left=2)
 
 
 def threads(results: Results) -> str:
@@ -233,7 +309,10 @@ def threads(results: Results) -> str:
             two = [row for row in own if row.threads == 2]
             if one and two:
                 times = [summarise(rows).time for rows in (one, two)]
+                if not any(times):
+                    continue  # not for this input
                 size = f"{one[0].width}×{one[0].height} pixels" if one[0].height > 1 else f"{one[0].points:,} points"
+                size += f", {one[0].dataset}" if one[0].dataset == bars.LARGE else ""
                 lines.append(
                     [peer, size, *(ms(time.median if time else None) for time in times), number(ratio(one, two), 2, "×")]
                 )
@@ -381,6 +460,8 @@ BLOCKS: dict[str, Callable[[Results], str]] = {
     "executors": executors,
     "machine": machine,
     "claims": claims,
+    "readme": readme,
+    "all planes": all_planes,
     "segment": _per_dataset("segment"),
     "same method": same_method,
     "voxel grid": _per_dataset("voxel_grid"),

@@ -30,9 +30,18 @@ ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE, GREY = (
     "#777777",
 )
 LIBRARY_COLOURS = {"fransac": VERMILION, "pcl": BLUE, "open3d": GREEN, "opencv": PURPLE, "cgal": ORANGE, "floor": GREY}
-METHOD_COLOURS = {"fransac": VERMILION, "voxel-ransac": ORANGE, "rransac": GREEN, "ransac": BLUE}
+METHOD_COLOURS = {"cells": PURPLE, "fransac": VERMILION, "voxel-ransac": ORANGE, "rransac": GREEN, "ransac": BLUE}
 METHOD_MARKERS = {"fransac": "*", "voxel-ransac": "D", "rransac": "^", "ransac": "o", "multi-plane": "s", "voxel-grid": "D"}
-STAGE_COLOURS = {"deproject": GREY, "pass_through": YELLOW, "voxel_grid": SKY, "ransac": VERMILION, "labels": GREEN}
+STAGE_COLOURS = {
+    "deproject": GREY,
+    "pass_through": YELLOW,
+    "voxel_grid": SKY,
+    "ransac": VERMILION,
+    "cells": BLUE,
+    "regions": ORANGE,
+    "merge": PURPLE,
+    "labels": GREEN,
+}
 LIBRARY_NAMES = {"fransac": "ours", "pcl": "PCL", "open3d": "Open3D", "opencv": "OpenCV", "cgal": "CGAL", "floor": "floor"}
 
 STYLE = {

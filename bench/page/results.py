@@ -75,6 +75,12 @@ class Row:
     best_f1: float | None
     leaves: int | None
     note: str
+    # Of frames whose truth holds every plane; the last four of those who return every plane.
+    matched_f1: float | None = None
+    instance_f1_50: float | None = None
+    instance_f1_75: float | None = None
+    weighted_iou: float | None = None
+    plane_pixel_f1: float | None = None
 
     @property
     def frame(self) -> tuple[str, str, int, int, int]:
@@ -140,6 +146,11 @@ def summarise(rows: Iterable[Row]) -> Summary:
     )
 
 
+def scores(rows: Iterable[Row], figure: str) -> list[float]:
+    """A figure of accuracy of the frames that have it."""
+    return [value for row in rows if (value := getattr(row, figure)) is not None]
+
+
 def ratio(slow: Iterable[Row], fast: Iterable[Row]) -> float | None:
     """How many times longer the first takes: the quotient of the medians over the frames that both were timed on."""
     first = {row.frame: row.time.median for row in slow if row.time}
@@ -173,6 +184,7 @@ class Results:
 
 
 FIELDS = [field.name for field in dataclasses.fields(Row)]
+SCORES = ("matched_f1", "instance_f1_50", "instance_f1_75", "weighted_iou", "plane_pixel_f1")
 
 
 def _row(raw: dict[str, Any]) -> Row:
@@ -198,11 +210,12 @@ def _row(raw: dict[str, Any]) -> Row:
         best_f1=raw.get("best_f1"),
         leaves=raw.get("leaves"),
         note=raw.get("note") or "",
+        **{name: raw.get(name) for name in SCORES},
     )
 
 
-def _compact_row(cells: list[Any]) -> Row:
-    named = dict(zip(FIELDS, cells))
+def _compact_row(columns: list[str], cells: list[Any]) -> Row:
+    named = dict(zip(columns, cells))
     return Row(**(named | {"time": Time(*named["time"]) if named["time"] else None}))
 
 
@@ -210,9 +223,10 @@ def load(path: pathlib.Path, accuracy: pathlib.Path | None = None) -> Results:
     """From bench_peers' own JSON or the compact form."""
     text = json.loads(path.read_text(encoding="utf-8"))
     if "columns" in text:
-        if text["columns"] != FIELDS:
+        # What is measured today and was not then is missing.
+        if not set(FIELDS) - set(SCORES) <= set(text["columns"]) <= set(FIELDS):
             raise ValueError(f"{path}: its columns are of another version: {text['columns']}")
-        rows = tuple(_compact_row(cells) for cells in text["rows"])
+        rows = tuple(_compact_row(text["columns"], cells) for cells in text["rows"])
     else:
         rows = tuple(_row(raw) for raw in text["rows"])
     settings = json.loads(accuracy.read_text(encoding="utf-8")) if accuracy else text.get("accuracy", [])
@@ -232,7 +246,7 @@ def _rounded(value: Any) -> Any:
 
 def compact(results: Results) -> Results:
     """As `save` writes and `load` reads it, so that page and committed figures agree to the last digit."""
-    rows = [_compact_row(_rounded(_cells(row))) for row in results.rows]
+    rows = [_compact_row(FIELDS, _rounded(_cells(row))) for row in results.rows]
     return dataclasses.replace(results, rows=tuple(rows), accuracy=_rounded(results.accuracy))
 
 

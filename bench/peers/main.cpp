@@ -20,14 +20,17 @@ namespace fransac::bench {
 namespace {
 
 struct Command {
-  std::vector<std::string> suites{"segment", "voxel_grid", "floor"};
+  std::vector<std::string> suites{"segment", "planes", "voxel_grid", "floor"};
   std::vector<std::string> datasets;
+  bool chosen_datasets = true;  ///< By the user.
   std::vector<std::string> peers;
   std::size_t frames = 0;
   std::string json;
   TimingOptions timing;
   Setting setting;
 };
+
+const std::filesystem::path kData = FRANSAC_BENCH_DATA;
 
 /// The rivals that are compiled for this machine's own instruction set. The module stays open: its objects outlive this call.
 void add_native(Party& party) {
@@ -79,18 +82,20 @@ std::vector<Contestant> contestants_of(const Command& command, const Party& part
 bool is_segment(const Entry& entry) { return entry.task == Task::segment; }
 bool is_voxel_grid(const Entry& entry) { return entry.task == Task::voxel_grid; }
 bool is_floor(const Entry& entry) { return entry.task == Task::floor; }
+bool finds_all_planes(const Entry& entry) { return entry.method == kAllPlanes || entry.id == "floor-deproject"; }
 bool for_resolutions(const Entry& entry) {
-  return entry.id == "fransac" || entry.id == "pcl-fransac-native" || entry.id == "floor-deproject";
+  return entry.id == "cells" || entry.id == "fransac" || entry.id == "pcl-fransac-native" || entry.id == "floor-deproject";
 }
 /// Methods that know clouds: no organised neighbours, no camera.
 bool for_points(const Entry& entry) {
   return (is_voxel_grid(entry) && entry.id != "voxel-grid-depth") ||
          (is_segment(entry) && (entry.method == "ransac" || entry.method == "fransac" || entry.id == "open3d-segment-voxel"));
 }
-bool for_threads(const Entry& entry) { return entry.id == "fransac" || entry.id == "ransac"; }
+bool for_threads(const Entry& entry) { return entry.id == "cells" || entry.id == "fransac" || entry.id == "ransac"; }
 
-void append(std::vector<Row>& rows, std::vector<Row> more) {
-  rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+template <class Item>
+void append(std::vector<Item>& items, std::vector<Item> more) {
+  items.insert(items.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
 void run_on_datasets(const Command& command, const Party& party, const std::string& suite, Choice choice,
@@ -99,6 +104,30 @@ void run_on_datasets(const Command& command, const Party& party, const std::stri
   for (const std::string& dataset : command.datasets) {
     const std::vector<Scene> scenes = dataset == "synth" ? synth_dataset(command.frames) : load_dataset(dataset, command.frames);
     append(rows, time_suite(suite, scenes, contestants, command.timing));
+  }
+}
+
+/// A real frame of 1920 x 1080 pixels, where there is one.
+std::vector<Scene> azure_frame() {
+  const std::filesystem::path folder = kData / "other" / "azure_kinect__office_000053735188";
+  if (!std::filesystem::is_directory(folder)) return {};
+  std::vector<Scene> scenes = load_dataset(folder, 1);
+  for (Scene& scene : scenes) {
+    scene.dataset = "azure";
+    scene.name = "azure";
+  }
+  return scenes;
+}
+
+/// Whoever finds every plane, in turns with the deprojection loop; on a rendered room and a large frame as well.
+void run_planes(const Command& command, const Party& party, std::vector<Row>& rows) {
+  run_on_datasets(command, party, "planes", finds_all_planes, rows);
+  if (command.chosen_datasets) return;
+  const std::vector<Contestant> contestants = contestants_of(command, party, finds_all_planes);
+  std::vector<Scene> room;
+  if (std::filesystem::is_directory(kData / "icl_nuim")) room = load_dataset(kData / "icl_nuim", command.frames);
+  for (const std::vector<Scene>& scenes : {std::move(room), azure_frame()}) {
+    if (!scenes.empty()) append(rows, time_suite("planes", scenes, contestants, command.timing));
   }
 }
 
@@ -117,13 +146,18 @@ void run_threads(const Command& command, std::vector<Row>& rows) {
     const std::vector<Contestant> more = contestants_of(command, party, for_threads, threads);
     contestants.insert(contestants.end(), more.begin(), more.end());
   }
-  const Scene scenes[] = {synth_desk(640, 480), synth_desk(1920, 1080), synth_cloud(1'000'000)};
+  std::vector<Scene> scenes;
+  scenes.push_back(synth_desk(640, 480));
+  scenes.push_back(synth_desk(1920, 1080));
+  scenes.push_back(synth_cloud(1'000'000));
+  append(scenes, azure_frame());
   append(rows, time_suite("threads", scenes, contestants, command.timing));
 }
 
 void run_suite(const Command& command, const Party& party, const std::string& suite, std::vector<Row>& rows) {
   if (suite == "segment") return run_on_datasets(command, party, suite, is_segment, rows);
   if (suite == "voxel_grid") return run_on_datasets(command, party, suite, is_voxel_grid, rows);
+  if (suite == "planes") return run_planes(command, party, rows);
   if (suite == "floor") return run_on_datasets(command, party, suite, is_floor, rows);
   if (suite == "threads") return run_threads(command, rows);
   const bool resolution = suite == "resolution";
@@ -138,9 +172,9 @@ void run(Command& command) {
   if (!command.json.empty() && command.json != "-") cli::check_output_file("--json", command.json);
   if (!command.timing.overlays.empty()) std::filesystem::create_directories(command.timing.overlays);
   if (command.datasets.empty()) {
-    const std::filesystem::path data = FRANSAC_BENCH_DATA;
+    command.chosen_datasets = false;
     for (const char* const name : {"tum", "mosd"}) {
-      if (std::filesystem::is_directory(data / name)) command.datasets.push_back((data / name).lexically_normal().string());
+      if (std::filesystem::is_directory(kData / name)) command.datasets.push_back((kData / name).lexically_normal().string());
     }
     if (command.datasets.empty()) command.datasets.emplace_back("synth");
   }
@@ -158,7 +192,7 @@ int parse_and_run(int argc, char** argv) {
                "bench_peers");
   app.add_option("--suite", command.suites, "what is timed")
       ->delimiter(',')
-      ->check(CLI::IsMember({"segment", "voxel_grid", "floor", "resolution", "points", "threads"}))
+      ->check(CLI::IsMember({"segment", "planes", "voxel_grid", "floor", "resolution", "points", "threads"}))
       ->capture_default_str();
   app.add_option("--dataset", command.datasets,
                  "folders of frames, or 'synth'; default: tum and mosd of ../shared/data if there, else synth");

@@ -103,7 +103,7 @@ class OurDepthGrid final : public Peer {
 }  // namespace
 
 void add_ours(Party& party, int threads) {
-  for (const Method method : {Method::fransac, Method::voxel_ransac, Method::rransac, Method::ransac}) {
+  for (const Method method : {Method::cells, Method::fransac, Method::voxel_ransac, Method::rransac, Method::ransac}) {
     party.peers.push_back(std::make_unique<Ours>(method, threads));
   }
   party.peers.push_back(std::make_unique<OurVoxelGrid>());

@@ -51,6 +51,13 @@ nlohmann::ordered_json to_json(const Row& row) {
     json["f1"] = row.dominant->f1();
     json["best_f1"] = *row.best_f1;
   }
+  if (row.matched_f1) json["matched_f1"] = *row.matched_f1;
+  if (row.instances) {
+    json["instance_f1_50"] = row.instances->at50.f1;
+    json["instance_f1_75"] = row.instances->at75.f1;
+    json["weighted_iou"] = row.instances->weighted_iou;
+    json["plane_pixel_f1"] = row.instances->plane_pixel_f1;
+  }
   if (row.leaves > 0) json["leaves"] = row.leaves;
   if (!row.note.empty()) json["note"] = row.note;
   return json;

@@ -20,7 +20,10 @@ struct Entry {
   Task task;
 };
 
+inline constexpr std::string_view kAllPlanes = "multi-plane";  ///< The method of those that return every plane.
+
 inline constexpr Entry kRoster[] = {
+    {"cells", "fransac", "project", kAllPlanes, Task::segment},
     {"fransac", "fransac", "project", "fransac", Task::segment},
     {"pcl-fransac-native", "pcl", "native", "fransac", Task::segment},
     {"pcl-fransac-packaged", "pcl", "packaged", "fransac", Task::segment},
@@ -35,11 +38,11 @@ inline constexpr Entry kRoster[] = {
     {"pcl-ransac-native", "pcl", "native", "ransac", Task::segment},
     {"pcl-ransac-packaged", "pcl", "packaged", "ransac", Task::segment},
     {"open3d-segment", "open3d", "packaged", "ransac", Task::segment},
-    {"pcl-organized-native", "pcl", "native", "multi-plane", Task::segment},
-    {"pcl-organized-packaged", "pcl", "packaged", "multi-plane", Task::segment},
-    {"opencv-rgbdplane", "opencv", "packaged", "multi-plane", Task::segment},
-    {"opencv-rgbdplane-normals", "opencv", "packaged", "multi-plane", Task::segment},
-    {"cgal-efficient-ransac", "cgal", "native", "multi-plane", Task::segment},
+    {"pcl-organized-native", "pcl", "native", kAllPlanes, Task::segment},
+    {"pcl-organized-packaged", "pcl", "packaged", kAllPlanes, Task::segment},
+    {"opencv-rgbdplane", "opencv", "packaged", kAllPlanes, Task::segment},
+    {"opencv-rgbdplane-normals", "opencv", "packaged", kAllPlanes, Task::segment},
+    {"cgal-efficient-ransac", "cgal", "native", kAllPlanes, Task::segment},
     {"voxel-grid", "fransac", "project", "voxel-grid", Task::voxel_grid},
     {"voxel-grid-depth", "fransac", "project", "voxel-grid", Task::voxel_grid},
     {"pcl-voxelgrid-native", "pcl", "native", "voxel-grid", Task::voxel_grid},

@@ -19,7 +19,9 @@ namespace {
 void find_plane(Scene& scene) {
   const DepthView view =
       DepthView::from_uint16(scene.depth.data(), scene.camera.width, scene.camera.height, scene.camera.depth_scale);
-  const Result<Segmentation> found = segment(view, scene.camera);
+  SegmentOptions options;
+  options.method = Method::fransac;
+  const Result<Segmentation> found = segment(view, scene.camera, options);
   if (!found || found->planes.empty()) return;
   const Plane& plane = found->planes.front().plane;
   for (int i = 0; i < 3; ++i) scene.plane[i] = plane.normal[i];
@@ -34,6 +36,7 @@ Scene render(std::string name, const synth::SynthOptions& options) {
   scene.camera = frame.camera;
   scene.depth = std::move(frame.depth);
   scene.truth = std::move(frame.labels);
+  scene.all_planes = true;
   find_plane(scene);
   return scene;
 }
@@ -64,6 +67,7 @@ std::vector<Scene> load_dataset(const std::filesystem::path& folder, std::size_t
     scene.depth = std::move(frame.depth.pixels);
     if (frame.labels) scene.truth = std::move(frame.labels->pixels);
     scene.dominant = dataset.truth == io::Truth::dominant;
+    scene.all_planes = dataset.truth == io::Truth::planes;
     find_plane(scene);
     scenes.push_back(std::move(scene));
   }

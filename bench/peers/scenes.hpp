@@ -23,6 +23,7 @@ struct Scene {
   std::vector<float> points;
   std::vector<std::uint8_t> truth;  ///< One label per pixel or point; empty where nothing is known.
   bool dominant = false;            ///< Whether label 1 of the truth is the plane with the most pixels.
+  bool all_planes = false;          ///< Whether the truth holds every plane.
   double plane[4] = {0.0, 0.0, -1.0, 1.0};
 
   [[nodiscard]] Frame frame() const;

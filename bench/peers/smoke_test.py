@@ -5,11 +5,11 @@ import json
 import subprocess
 import sys
 
-SEGMENTS_ALWAYS = {"fransac", "voxel-ransac", "rransac", "ransac"}
+SEGMENTS_ALWAYS = {"cells", "fransac", "voxel-ransac", "rransac", "ransac"}
 
 
 def main():
-    command = [sys.argv[1], "--suite", "segment,voxel_grid,floor", "--dataset", "synth", "--frames", "1", "--repeat", "1", "--json", "-"]
+    command = [sys.argv[1], "--suite", "segment,planes,voxel_grid,floor", "--dataset", "synth", "--frames", "1", "--repeat", "1", "--json", "-"]
     document = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     rows = [row for row in document["rows"] if not row.get("note", "").startswith("not built")]
     complaints = []
@@ -22,6 +22,8 @@ def main():
         # A rendered empty room: whichever of its walls is found, most of its pixels are right.
         if row["suite"] == "segment" and not row.get("precision", 0) + row.get("best_f1", 0) > 0.8:
             complaints.append(f"{name}: F1 {row.get('best_f1')}")
+        if row["suite"] == "planes" and row["library"] != "floor" and not 0 <= row.get("instance_f1_50", -1) <= 1:
+            complaints.append(f"{name}: instance F1 {row.get('instance_f1_50')}")
         if row["suite"] == "voxel_grid" and not 100 < row.get("leaves", 0) < row["points"]:
             complaints.append(f"{name}: {row.get('leaves')} leaves")
     missing = SEGMENTS_ALWAYS - {row["peer"] for row in rows}

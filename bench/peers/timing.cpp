@@ -78,6 +78,10 @@ void judge(const Scene& scene, const Answer& answer, const TimingOptions& option
   if (scene.truth.empty()) return;
   row.dominant = cli::unwrap(eval::dominant_plane(scene.truth, labels));
   row.best_f1 = cli::unwrap(eval::best_overlap(scene.truth, labels)).detection.f1();
+  if (scene.all_planes) {
+    row.matched_f1 = cli::unwrap(eval::matched_plane(scene.truth, labels)).detection.f1();
+    if (row.entry->method == kAllPlanes) row.instances = cli::unwrap(eval::instance_metrics(scene.truth, labels));
+  }
   runner.f1_sum += *row.best_f1;
   ++runner.f1_count;
 }

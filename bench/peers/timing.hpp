@@ -37,9 +37,11 @@ struct Row {
   int planes = 0;
   std::size_t inliers = 0;
   std::size_t leaves = 0;
-  std::optional<eval::Detection> dominant;  ///< The largest plane found against the truth's label 1.
-  std::optional<double> best_f1;            ///< The found plane that overlaps it most.
-  std::string note;                         ///< Why there are no times, or fewer.
+  std::optional<eval::Detection> dominant;         ///< The largest plane found against the truth's label 1.
+  std::optional<double> best_f1;                   ///< The found plane that overlaps it most.
+  std::optional<double> matched_f1;                ///< The first plane found against the true plane that it fits best.
+  std::optional<eval::InstanceMetrics> instances;  ///< Of those that return every plane, where the truth holds every plane.
+  std::string note;                                ///< Why there are no times, or fewer.
 };
 
 struct TimingOptions {

@@ -59,10 +59,10 @@ struct Confusion {
     return ratio(both, truth[t] + predicted[p] - both);
   }
 
-  /// Predicted label `p` against truth label 1.
-  [[nodiscard]] Detection dominant(std::size_t p) const {
-    const std::uint64_t both = pixels[kLabelFirst][p];
-    return {both, predicted[p] - both, truth[kLabelFirst] - both};
+  /// Predicted label `p` against truth label `t`.
+  [[nodiscard]] Detection detection(std::size_t t, std::size_t p) const {
+    const std::uint64_t both = pixels[t][p];
+    return {both, predicted[p] - both, truth[t] - both};
   }
 };
 
@@ -169,7 +169,8 @@ double Detection::f1() const { return harmonic_mean(precision(), recall()); }
 
 Result<Detection> dominant_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
                                  std::uint8_t predicted_label) {
-  return compare<Detection>(truth, predicted, [&](const Confusion& confusion) { return confusion.dominant(predicted_label); });
+  return compare<Detection>(truth, predicted,
+                            [&](const Confusion& confusion) { return confusion.detection(kLabelFirst, predicted_label); });
 }
 
 Result<BestDetection> best_overlap(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted) {
@@ -178,7 +179,19 @@ Result<BestDetection> best_overlap(std::span<const std::uint8_t> truth, std::spa
     const auto best = std::max_element(overlap.begin() + kLabelFirst, overlap.begin() + kLabelNoPlane);  // the first of equals
     if (*best == 0) return BestDetection{{0, 0, confusion.truth[kLabelFirst]}, 0};
     const auto label = static_cast<std::uint8_t>(best - overlap.begin());
-    return BestDetection{confusion.dominant(label), label};
+    return BestDetection{confusion.detection(kLabelFirst, label), label};
+  });
+}
+
+Result<MatchedDetection> matched_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
+                                       std::uint8_t predicted_label) {
+  return compare<MatchedDetection>(truth, predicted, [&](const Confusion& confusion) {
+    MatchedDetection best{{0, confusion.predicted[predicted_label], 0}, 0};
+    for (std::size_t t = kLabelFirst; t < kLabelNoPlane; ++t) {
+      const Detection detection = confusion.detection(t, predicted_label);
+      if (detection.f1() > best.detection.f1()) best = {detection, static_cast<std::uint8_t>(t)};
+    }
+    return best;
   });
 }
 

@@ -59,6 +59,10 @@ class DepthRows {
   [[nodiscard]] std::size_t width() const { return width_; }
   /// Values in a row of whole blocks.
   [[nodiscard]] std::size_t padded_width() const { return (width_ + kernels::kBlock - 1) / kernels::kBlock * kernels::kBlock; }
+  /// Whether row(v).kept is the image's own memory, whole blocks of it, and needs no buffer.
+  [[nodiscard]] bool stays_in_place() const {
+    return !std::is_same_v<Raw, float> && limits_ == nullptr && padded_width() == width_;
+  }
   /// The largest raw value that can be kept.
   [[nodiscard]] Raw largest_kept() const { return max_; }
 

@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include "hwy/highway.h"
+#include "kernels/bits.h"
 #include "kernels/rows.h"
 
 #ifndef FRANSAC_KERNELS_ROWS_TABLE_
@@ -29,17 +30,6 @@ inline constexpr std::array<SetBits, 256> kSetBits = [] {
   for (unsigned byte = 0; byte < 256; ++byte) {
     for (std::uint8_t bit = 0; bit < 8; ++bit) {
       if ((byte >> bit & 1U) != 0) table[byte].positions[table[byte].count++] = bit;
-    }
-  }
-  return table;
-}();
-
-/// 0xFF in byte i where bit i is set.
-inline constexpr std::array<std::uint64_t, 256> kBytesOfBits = [] {
-  std::array<std::uint64_t, 256> table{};
-  for (unsigned byte = 0; byte < 256; ++byte) {
-    for (unsigned bit = 0; bit < 8; ++bit) {
-      if ((byte >> bit & 1U) != 0) table[byte] |= std::uint64_t{0xFF} << (8 * bit);
     }
   }
   return table;

@@ -2,23 +2,27 @@
 #include "fransac/planes/segment.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <new>
 #include <string>
 
+#include "fransac/filter/organised.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/sac/plane_problem.hpp"
 #include "fransac/sac/ransac.hpp"
 #include "kernels/targets.h"
+#include "planes/cells/cells.hpp"
 #include "planes/depth_data.hpp"
 #include "planes/labelling.hpp"
 #include "planes/methods.hpp"
+#include "planes/require_points.hpp"
+#include "planes/stage_clock.hpp"
 
 namespace fransac {
 
 struct Workspace::Impl {
+  OrganisedDepth organised;
   PointCloud points;  // a cloud's measured points, then those within the limits
   VoxelGrid grid;
   DepthDataBuffers depth;
@@ -28,6 +32,7 @@ struct Workspace::Impl {
   PointCloud sample;
   sac::RansacWorkspace<sac::PlaneProblem> ransac;
   LabelBuffers labels;
+  cells::Buffers cells;
 };
 
 Workspace::Workspace() : impl_(std::make_unique<Impl>()) {}
@@ -36,28 +41,6 @@ Workspace::Workspace(Workspace&&) noexcept = default;
 Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
 namespace {
-
-/// Writes down how long each stage takes.
-class StageClock {
- public:
-  explicit StageClock(Timing& timing) : timing_(timing) {}
-  /// What was done since the last stage or the start was this one.
-  void end(Stage stage) {
-    const auto now = Clock::now();
-    timing_.stage_ms[static_cast<std::size_t>(stage)] = milliseconds(last_, now);
-    timing_.total_ms = milliseconds(start_, now);
-    last_ = now;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  static double milliseconds(Clock::time_point from, Clock::time_point to) {
-    return std::chrono::duration<double, std::milli>(to - from).count();
-  }
-  Timing& timing_;
-  Clock::time_point start_ = Clock::now();
-  Clock::time_point last_ = start_;
-};
 
 Status check(const DepthView& depth, const Camera& camera) {
   if (Status status = validate(depth); !status) return status;
@@ -80,11 +63,6 @@ Status check(const PointCloud& cloud) {
   }
   if (!cloud.origin.allFinite()) return Error{ErrorCode::invalid_argument, "point cloud: origin must be finite"};
   return {};
-}
-
-Status require_points(std::uint64_t points, const char* where) {
-  if (points >= 3) return {};
-  return Error{ErrorCode::no_data, "a plane needs three points, there are " + std::to_string(points) + " " + where};
 }
 
 sac::RansacOptions ransac_options(const SegmentOptions& options) {
@@ -164,12 +142,22 @@ class DepthPeeler {
   std::optional<DepthData<Raw>> data_;
 };
 
+/// First the planes with most of it; of equals the one with the smaller id.
+void sort_planes(PlaneOrder order, std::vector<PlaneSegment>& planes) {
+  const auto size = [order](const PlaneSegment& p) {
+    return order == PlaneOrder::area ? p.area_m2 : static_cast<double>(p.support);
+  };
+  // std::stable_sort would ask for memory.
+  std::sort(planes.begin(), planes.end(),
+            [&](const PlaneSegment& a, const PlaneSegment& b) { return size(a) != size(b) ? size(a) > size(b) : a.id < b.id; });
+}
+
 /// Finds planes one by one, each in what the ones before left over. Planes are in the input's coordinates, most support first.
 template <class Peeler>
 Status peel_planes(Peeler& peeler, const SegmentOptions& options, Workspace::Impl& work, Segmentation& result) {
   const double threshold = options.ransac.threshold_m;
-  const int max_planes = options.max_planes == 0 ? kMaxPlanes : options.max_planes;
-  const double min_support = std::max(3.0, options.min_support * static_cast<double>(result.sampled_points));
+  const int max_planes = *options.max_planes == 0 ? kMaxPlanes : *options.max_planes;
+  const double min_support = std::max(3.0, *options.min_support * static_cast<double>(result.sampled_points));
   sac::RansacOptions ransac = ransac_options(options);
   for (;;) {
     const sac::PlaneProblem problem(peeler.data(), threshold, options.ransac.scoring, ransac.seed, ransac.round, work.sample);
@@ -199,13 +187,29 @@ Status peel_planes(Peeler& peeler, const SegmentOptions& options, Workspace::Imp
     peeler.remove(plane, threshold);
     ++ransac.round;
   }
-  // std::stable_sort would ask for memory.
-  for (std::size_t i = 0; i < result.planes.size(); ++i) result.planes[i].id = static_cast<int>(i);
-  std::sort(result.planes.begin(), result.planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
-    return a.support != b.support ? a.support > b.support : a.id < b.id;
-  });
+  for (std::size_t i = 0; i < result.planes.size(); ++i) result.planes[i].id = static_cast<int>(i) + kLabelFirst;
+  sort_planes(PlaneOrder::support, result.planes);
   for (std::size_t i = 0; i < result.planes.size(); ++i) result.planes[i].id = static_cast<int>(i) + kLabelFirst;
   return {};
+}
+
+/// Leaves out planes that are too small and brings the others into the order asked for, once areas are known.
+void arrange(const SegmentOptions& options, Segmentation& s) {
+  const std::size_t planes = s.planes.size();
+  std::erase_if(s.planes, [&](const PlaneSegment& plane) { return plane.area_m2 < options.cells.min_area_m2; });
+  sort_planes(*options.order, s.planes);
+  std::array<std::uint8_t, 256> new_label{};
+  new_label.fill(kLabelNoPlane);
+  new_label[kLabelNoDepth] = kLabelNoDepth;
+  bool changed = s.planes.size() < planes;
+  for (std::size_t i = 0; i < s.planes.size(); ++i) {
+    const int id = static_cast<int>(i) + kLabelFirst;
+    changed = changed || s.planes[i].id != id;
+    new_label[static_cast<std::size_t>(s.planes[i].id)] = static_cast<std::uint8_t>(id);
+    s.planes[i].id = id;
+  }
+  if (!changed) return;
+  for (std::uint8_t& label : s.labels) label = new_label[label];
 }
 
 /// What a run does, once options, method and kind of input have been put together.
@@ -216,14 +220,12 @@ struct Recipe {
   [[nodiscard]] bool labels_from_leaves() const { return voxel_grid && options.labels_from == LabelsFrom::leaves; }
 };
 
-constexpr const char* kMeasured = "with a measurement";
-constexpr const char* kWithinLimits = "within the pass-through limits";
 constexpr const char* kAfterGrid = "after the voxel grid (leaf-size)";
 
 struct DepthSource {
   const DepthView& depth;
   const Camera& camera;
-  static constexpr bool kAxesAreKnown = true;
+  static constexpr bool kDepthImage = true;
 
   [[nodiscard]] Status check() const { return fransac::check(depth, camera); }
   [[nodiscard]] int width() const { return depth.width(); }
@@ -278,7 +280,7 @@ struct DepthSource {
 
 struct CloudSource {
   const PointCloud& cloud;
-  static constexpr bool kAxesAreKnown = false;
+  static constexpr bool kDepthImage = false;
 
   [[nodiscard]] Status check() const { return fransac::check(cloud); }
   [[nodiscard]] int width() const { return cloud.organised() ? cloud.width : static_cast<int>(cloud.size()); }
@@ -326,17 +328,25 @@ struct CloudSource {
   }
 };
 
+/// What the options keep of the input; null: all.
+template <class Source>
+const AxisLimits* limits_of(const SegmentOptions& options) {
+  const bool chosen = options.pass_through.limits != AxisLimits{};
+  // A cloud's axes mean nothing by themselves.
+  const bool by_method = parts_of(options.method).pass_through && Source::kDepthImage;
+  return options.pass_through.use.value_or(chosen || by_method) ? &options.pass_through.limits : nullptr;
+}
+
 /// The paper's figure 2: depth -> cloud -> pass-through -> voxel grid -> RANSAC -> labels. The other methods leave parts out.
 template <class Source>
 Status run_pipeline(const Source& source, const SegmentOptions& options, Workspace::Impl& work, Segmentation& result) {
   const MethodParts parts = parts_of(options.method);
-  const bool limits_chosen = options.pass_through.limits != AxisLimits{};
-  const bool limited = options.pass_through.use.value_or(limits_chosen || (parts.pass_through && Source::kAxesAreKnown));
-  const Recipe recipe{options, parts.voxel_grid, limited ? &options.pass_through.limits : nullptr};
+  const Recipe recipe{options, parts.voxel_grid, limits_of<Source>(options)};
   StageClock clock(result.timing);
   if (Status status = source.find(recipe, work, clock, result); !status) return status;
   clock.end(Stage::ransac);
   source.label(recipe, work, result);
+  arrange(options, result);
   clock.end(Stage::labels);
   return {};
 }
@@ -344,13 +354,16 @@ Status run_pipeline(const Source& source, const SegmentOptions& options, Workspa
 /// Empties the result but keeps its memory.
 void reset(Segmentation& s, Method method, int width, int height) {
   std::vector<std::uint8_t> labels = std::move(s.labels);
+  std::vector<float> residuals = std::move(s.residuals_m);
   std::vector<PlaneSegment> planes = std::move(s.planes);
   s = Segmentation{};
   labels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  residuals.clear();
   planes.clear();
   s.labels = std::move(labels);
+  s.residuals_m = std::move(residuals);
   s.planes = std::move(planes);
-  s.method = method == Method::automatic ? Method::fransac : method;
+  s.method = method;
   s.width = width;
   s.height = height;
 }
@@ -360,8 +373,19 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
                        Segmentation& segmentation) try {
   if (Status status = validate(options); !status) return status;
   if (Status status = source.check(); !status) return status;
-  reset(segmentation, options.method, source.width(), source.height());
-  return run_pipeline(source, options, workspace.impl(), segmentation);
+  const Method method = resolve(options.method, Source::kDepthImage);
+  SegmentOptions chosen = with_defaults(options, method);
+  chosen.method = method;
+  if (Status status = validate(chosen); !status) return status;  // `automatic` may have become one that does not know an option
+  reset(segmentation, method, source.width(), source.height());
+  if constexpr (Source::kDepthImage) {
+    if (method == Method::cells) {
+      StageClock clock(segmentation.timing);
+      return cells::find_planes(source.depth, source.camera, chosen, limits_of<Source>(chosen), workspace.impl().cells, clock,
+                                segmentation);
+    }
+  }
+  return run_pipeline(source, chosen, workspace.impl(), segmentation);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::out_of_memory,
                "not enough memory for " + std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"};
@@ -370,8 +394,36 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
 template <class Source>
 Status segment_source(const Source& source, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation) {
   Status status = segment_checked(source, options, workspace, segmentation);
-  if (!status) reset(segmentation, options.method, 0, 0);  // no planes of a frame before, no half of this one
+  // No planes of a frame before, no half of this one.
+  if (!status) reset(segmentation, resolve(options.method, Source::kDepthImage), 0, 0);
   return status;
+}
+
+/// `cells`, or what `automatic` makes of the cloud: its depth image is segmented where there is one.
+Status segment_organised(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace,
+                         Segmentation& segmentation) {
+  Timing before;
+  StageClock clock(before);
+  OrganisedDepth& organised = workspace.impl().organised;
+  const Status found = organised_depth(cloud, organised);
+  clock.end(Stage::deproject);
+  if (found) {
+    const DepthView depth = organised.view();
+    if (Status status = segment_source(DepthSource{depth, organised.camera}, options, workspace, segmentation); !status) {
+      return status;
+    }
+    segmentation.timing.stage_ms[static_cast<std::size_t>(Stage::deproject)] += before.total_ms;
+    segmentation.timing.total_ms += before.total_ms;
+    return {};
+  }
+  const bool no_image = found.error().code == ErrorCode::unsupported;
+  if (no_image && options.method == Method::automatic) {
+    return segment_source(CloudSource{cloud}, options, workspace, segmentation);
+  }
+  reset(segmentation, Method::cells, 0, 0);
+  if (!no_image) return found;
+  return Error{ErrorCode::unsupported,
+               "cells needs a depth image or an organised cloud of a pinhole camera: " + found.error().message};
 }
 
 template <class... Input>
@@ -392,6 +444,7 @@ Status segment(const DepthView& depth, const Camera& camera, const SegmentOption
 }
 
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation) {
+  if (resolve(options.method, true) == Method::cells) return segment_organised(cloud, options, workspace, segmentation);
   return segment_source(CloudSource{cloud}, options, workspace, segmentation);
 }
 

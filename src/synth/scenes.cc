@@ -233,6 +233,19 @@ void shelf(Builder& b, const Isometry3d& base, double width, double depth, doubl
   }
 }
 
+// A pose whose z is horizontal, for what lies: the base of a lying cylinder is one of its ends.
+Isometry3d lying(double x, double y, double z, double yaw) {
+  return standing(x, y, z, yaw) * Eigen::AngleAxisd(0.5 * pi, Vector3d::UnitX());
+}
+
+// A cylinder with round ends, which are a hair thicker, so that nothing is seen of the flat ones.
+void capsule(Builder& b, const Isometry3d& base, double radius, double length, const Material& material) {
+  constexpr double kHair = 1e-4;
+  b.object();
+  b.cylinder(base, radius, length, material);
+  for (const double end : {0.0, length}) b.sphere(on(base, 0.0, 0.0, end - radius - kHair), radius + kHair, material);
+}
+
 void cabinet(Builder& b, const Isometry3d& base, double width, double depth, double height, Dice& dice) {
   Material front = plain({0.46, 0.46, 0.45}, 0.6);
   if (dice.chance(0.5)) front = table_wood();
@@ -704,13 +717,188 @@ Stage office(std::uint64_t seed) {
   return stage;
 }
 
+// No plane at all: columns so thick that each is a curved wall, and round things before them, none of which rests on anything.
+Stage curved(std::uint64_t seed) {
+  Dice dice(seed, stream_index(Purpose::scene));
+  constexpr double kTall = 30.0;  // ends far outside the picture
+  const auto column = [&](Builder& b, double x, double y, double radius, const Material& material) {
+    b.object();
+    b.cylinder(standing(x, y, -0.5 * kTall, 0.0), radius, kTall, material);
+  };
+  Builder b;
+  const double radius = dice.between(1.0, 2.0);
+  const double near = dice.between(1.8, 2.4);  // of the middle column's surface
+  column(b, dice.between(-0.3, 0.3), near + radius, radius, wall_paint(dice));
+  // Their neighbours run into them: creases, but no gaps.
+  for (const double side : {-1.0, 1.0}) {
+    const double other = dice.between(1.0, 2.0);
+    const double x = side * (0.85 * (radius + other));
+    column(b, x, near + radius + dice.between(0.0, 0.5) * other, other, wall_paint(dice));
+  }
+  const AlignedBox2d before(Vector2d(-0.8, 0.9), Vector2d(0.8, near - 0.35));
+  Occupancy taken;
+  Vector2d spot;
+  const int things = dice.whole(4, 7);
+  for (int i = 0; i < things; ++i) {
+    const double thickness = dice.between(0.06, 0.22);
+    if (!taken.find(dice, before, thickness, spot)) continue;
+    const double z = dice.between(-0.4, 0.4);
+    const Material material = bright(dice);
+    switch (dice.whole(0, 2)) {
+      case 0:
+        b.object();
+        b.sphere(standing(spot.x(), spot.y(), z, 0.0), thickness, material);
+        break;
+      case 1: capsule(b, standing(spot.x(), spot.y(), z - 0.2, 0.0), thickness, dice.between(0.3, 0.7), material); break;
+      default: {
+        const double length = dice.between(0.3, 0.6);
+        const double yaw = dice.between(0.0, 2.0 * pi);
+        capsule(b, lying(spot.x(), spot.y(), z, yaw), 0.6 * thickness, length, material);
+        break;
+      }
+    }
+  }
+  Stage stage{.scene = b.finish()};
+  stage.camera = {0.0, 0.0, 0.0};
+  stage.target = {dice.between(-0.1, 0.1), 2.0, dice.between(-0.1, 0.1)};
+  stage.sway = {0.1, 0.1, 0.05};
+  stage.scene.lamp = {dice.between(-1.0, 1.0), -0.5, 1.5};
+  return stage;
+}
+
+// Steps of a few centimetres on a desk: a low lid, a keyboard on its tray, boxes upon boxes; floor and wall behind it.
+Stage boxes(std::uint64_t seed) {
+  Dice dice(seed, stream_index(Purpose::scene));
+  const double width = dice.between(1.4, 1.8);
+  const double depth = dice.between(0.75, 0.90);
+  const double height = dice.between(0.70, 0.77);
+  const double back = depth + dice.between(1.9, 2.6);  // of the wall; the desk's front edge is at y = 0
+  const Material paint = wall_paint(dice);
+  const Material other = wall_paint(dice);
+  const Material floor = floor_cover(dice);
+
+  Builder b;
+  room(b, {AlignedBox2d(Vector2d(-2.3, -1.5), Vector2d(2.5, back)), 2.6}, floor, {paint, other, paint, other});
+  table(b, standing(0.0, 0.5 * depth, 0.0, dice.between(-0.05, 0.05)), width, depth, height);
+  // In the frame of the desk's top: x to the right, y from its front edge, three places side by side.
+  const Isometry3d top = standing(0.0, 0.0, height, 0.0);
+  const double side = dice.sign();
+  const double aside = 0.28 * width;
+
+  // In front: a tray, 2 cm, and upon it a smaller one half as high.
+  const double tray = dice.between(0.44, 0.52);
+  const Isometry3d tray_at = on(top, dice.between(-0.05, 0.05), 0.16, 0.0, dice.between(-0.08, 0.08));
+  b.object();
+  b.box(tray_at, {tray, 0.20, 0.02}, metal());
+  b.object();
+  b.box(on(tray_at, 0.0, 0.0, 0.02), {tray - 0.08, 0.12, 0.01}, plain({0.06, 0.06, 0.065}, 0.6));
+
+  // The lid: 2 to 4 cm.
+  const double lid_height = dice.between(0.02, 0.04);
+  const double lid_width = dice.between(0.26, 0.36);
+  const double lid_depth = dice.between(0.19, 0.26);
+  const Isometry3d lid_at = on(top, side * aside, 0.5 * depth + 0.05, 0.0, dice.between(-0.5, 0.5));
+  b.object();
+  b.box(lid_at, {lid_width, lid_depth, lid_height}, cardboard());
+
+  // A pile, each box smaller than the one below and turned a little.
+  double base_width = dice.between(0.28, 0.36);
+  double base_depth = dice.between(0.24, 0.30);
+  Isometry3d at = on(top, -side * aside, 0.62 * depth, 0.0, dice.between(-0.4, 0.4));
+  const int stacked = dice.whole(2, 3);
+  for (int i = 0; i < stacked; ++i) {
+    const double tall = dice.between(0.06, 0.14);
+    b.object();
+    b.box(at, {base_width, base_depth, tall}, i % 2 == 0 ? cardboard() : book_cover(dice));
+    base_width *= dice.between(0.6, 0.75);
+    base_depth *= dice.between(0.6, 0.75);
+    at = on(at, 0.0, 0.0, tall, dice.between(-0.3, 0.3));
+  }
+  // Between them, at the back, a packet; a box on the floor behind the desk.
+  packet(b, on(top, dice.between(-0.06, 0.06), depth - 0.13, 0.0, dice.between(-0.25, 0.25)), dice);
+  carton(b, standing(side * dice.between(0.5, 1.0), depth + 0.9, 0.0, dice.between(-pi, pi)), dice, 0.35, 0.5);
+
+  Stage stage{.scene = b.finish()};
+  stage.camera = {dice.between(-0.15, 0.15), -dice.between(0.4, 0.55), height + dice.between(0.6, 0.8)};
+  stage.target = {dice.between(-0.05, 0.05), 0.6 * depth, height};
+  stage.sway = {0.15, 0.08, 0.06};
+  stage.scene.lamp = {dice.between(-1.2, 1.2), -0.3, 2.4};
+  return stage;
+}
+
+// A door set back by 5 to 12 cm, the middle of it at `middle` along its wall.
+Recess set_back_door(double middle, Dice& dice) {
+  const double half = 0.5 * dice.between(0.85, 1.1);
+  const double depth = dice.between(0.05, 0.12);
+  return {middle - half, middle + half, 0.0, 2.05, depth, door(dice)};
+}
+
+// A hall that narrows: a floor seen to its far end, walls at three depths with doors in them, pillars, a table in the way.
+Stage hall(std::uint64_t seed) {
+  Dice dice(seed, stream_index(Purpose::scene));
+  const double left = -dice.between(2.6, 3.6);
+  const double right = dice.between(2.6, 3.6);
+  const double end = dice.between(9.0, 13.0);
+  const double height = dice.between(2.7, 3.3);
+  const std::array<double, 2> passage{-dice.between(0.8, 1.2), dice.between(0.8, 1.2)};
+  const std::array<double, 2> narrows{dice.between(4.2, 5.0), dice.between(5.2, 6.4)};
+  const int first = dice.chance(0.5) ? 0 : 1;  // which side narrows first
+  const double left_front = narrows[static_cast<std::size_t>(first)];
+  const double right_front = narrows[static_cast<std::size_t>(1 - first)];
+  const Material paint = wall_paint(dice);
+  const Material other = wall_paint(dice);
+  const Material accent = wall_paint(dice);
+  const Material floor = floor_cover(dice);
+
+  Builder b;
+  b.object();
+  const AlignedBox2d area(Vector2d(left, -1.0), Vector2d(right, end));
+  b.level(area, 0.0, floor);
+  b.level(area, height, ceiling_paint());
+  // Round the hall against the clock, the room to the left.
+  b.wall({left, -1.0}, {right, -1.0}, 0.0, height, other);
+  b.wall({right, -1.0}, {right, right_front}, 0.0, height, paint, {set_back_door(1.0 + dice.between(2.0, 3.0), dice)});
+  b.wall({right, right_front}, {passage[1], right_front}, 0.0, height, other,
+         {set_back_door(dice.between(0.45, 0.55) * (right - passage[1]), dice)});
+  b.wall({passage[1], right_front}, {passage[1], end}, 0.0, height, paint, {set_back_door(dice.between(0.9, 1.6), dice)});
+  b.wall({passage[1], end}, {passage[0], end}, 0.0, height, accent);
+  b.wall({passage[0], end}, {passage[0], left_front}, 0.0, height, paint);
+  b.wall({passage[0], left_front}, {left, left_front}, 0.0, height, other,
+         {set_back_door(dice.between(0.45, 0.55) * (passage[0] - left), dice)});
+  b.wall({left, left_front}, {left, -1.0}, 0.0, height, paint);
+
+  // A square pillar on one side, a round one on the other.
+  const double side = dice.sign();
+  const double square_y = dice.between(2.8, 3.8);
+  const double round_y = dice.between(2.6, 3.9);
+  const double square = dice.between(0.30, 0.45);
+  b.object();
+  b.box(standing(side * dice.between(1.2, 1.6), square_y, 0.0, 0.0), {square, square, height}, ceiling_paint());
+  b.object();
+  b.cylinder(standing(-side * dice.between(1.3, 1.7), round_y, 0.0, 0.0), dice.between(0.15, 0.25), height, metal());
+
+  const double table_height = dice.between(0.70, 0.76);
+  const Isometry3d table_at = standing(dice.between(-0.25, 0.25), dice.between(1.9, 2.2), 0.0, dice.between(-0.4, 0.4));
+  table(b, table_at, dice.between(1.0, 1.3), 0.7, table_height);
+  if (dice.chance(0.6)) carton(b, on(table_at, dice.between(-0.2, 0.2), 0.0, table_height), dice, 0.25, 0.35);
+  if (dice.chance(0.5)) bin(b, standing(side * 0.8, square_y + 0.5, 0.0, 0.0), dice);
+
+  Stage stage{.scene = b.finish()};
+  stage.camera = {dice.between(-0.3, 0.3), dice.between(-0.2, 0.2), dice.between(1.4, 1.65)};
+  stage.target = {dice.between(-0.2, 0.2), 4.0, dice.between(0.45, 0.7)};
+  stage.sway = {0.25, 0.3, 0.05};
+  stage.scene.lamp = {0.3 * side, 2.6, height - 0.3};
+  return stage;
+}
+
 struct NamedScene {
   std::string_view name;
   BuildScene build;
 };
-constexpr std::array<NamedScene, 6> kScenes{
+constexpr std::array<NamedScene, 9> kScenes{
     NamedScene{"empty_room", empty_room}, NamedScene{"desk", desk}, NamedScene{"stairs", stairs},
-    NamedScene{"corridor", corridor},     NamedScene{"kerb", kerb}, NamedScene{"office", office}};
+    NamedScene{"corridor", corridor},     NamedScene{"kerb", kerb}, NamedScene{"office", office},
+    NamedScene{"boxes", boxes},           NamedScene{"hall", hall}, NamedScene{"curved", curved}};
 
 }  // namespace
 

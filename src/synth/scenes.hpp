@@ -28,7 +28,7 @@ BuildScene find_scene(std::string_view name);
 Eigen::Isometry3d camera_pose(const Stage& stage, std::uint64_t seed, int frame);
 
 /// What a random stream is for: streams of different purposes, frames and rows never meet.
-enum class Purpose : std::uint64_t { scene, path, tremor, noise, dropout, matching, holes };
+enum class Purpose : std::uint64_t { scene, path, tremor, noise, dropout, matching, holes, drift };
 constexpr std::uint64_t stream_index(Purpose purpose, int frame = 0, int row = 0) {
   return static_cast<std::uint64_t>(purpose) << 56 | static_cast<std::uint64_t>(frame) << 24 | static_cast<std::uint64_t>(row);
 }

@@ -74,31 +74,31 @@ double grey(const Vector3d& colour) { return 0.299 * colour.x() + 0.587 * colour
 // applications", Sensors 12(2), 2012). Disparity d = f b / z is measured in steps of 1/8 pixel, so depth lies on
 // z = f b / d. The paper's random error, sigma_z = 1.425e-3 z^2 (half a step), is what a plane fit sees, rounding
 // included: rounding to a step s contributes s^2 / 12, Gaussian noise before it the rest.
+// That noise is common to pixels that share a matching window: 9x9 or 9x7 pixels (Konolige & Mihelich, "Technical description of
+// Kinect calibration", ROS wiki). In real frames the residuals of small patches of planes correlate as the mean over 7x7
+// independent values does, plus a part of 0.015 px that fades over some 40 pixels (docs/algorithms.md has what was measured).
 // A point that the projector, 7.5 cm to the camera's right, does not see has no depth; so do surfaces at grazing angles, on
 // which noise rises steeply (Nguyen, Izadi & Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and
 // tracking", 2012): from 75 degrees on more and more, beyond 85 all; the two angles are our choice.
 Measurement measure_kinect1(const Shot& shot) {
   constexpr double kSigma_px = kinect1::kSigma * kinect1::kFocalBaseline;
-  const double sigma_px = std::sqrt(kSigma_px * kSigma_px - kinect1::kStep_px * kinect1::kStep_px / 12.0);
+  const double sigma_px =
+      std::sqrt(kSigma_px * kSigma_px - kinect1::kStep_px * kinect1::kStep_px / 12.0 - kinect1::kDrift_px * kinect1::kDrift_px);
   constexpr double kGrazing = 75.0;
   constexpr double kBlind = 85.0;
 
   Measurement result{std::vector<double>(pixel_count(shot.camera)), {}};
   const std::vector<float> holes = window_noise(shot, Purpose::holes, kHoleWindow_px);
+  const std::vector<float> noise = window_noise(shot, Purpose::noise, kinect1::kWindow_px);
+  const std::vector<float> drift = window_noise(shot, Purpose::drift, kinect1::kDriftWindow_px);
   const RayCaster projector(shot.scene, {kinect1::kBaseline_m, 0.0, 0.0});
-  std::vector<double> noise(index(shot.camera.width));
-  int noisy_row = -1;
   for_each_hit(shot, kinect1::kNearest_m, kinect1::kFarthest_m, [&](int u, int v, std::size_t i) {
-    if (noisy_row != v) {
-      RandomStream stream = shot.stream(Purpose::noise, v);
-      for (double& value : noise) value = sigma_px * stream.normal();
-      noisy_row = v;
-    }
     const double angle = std::acos(std::min(1.0, static_cast<double>(shot.raster.cosine[i]))) * 180.0 / std::numbers::pi;
     if (angle > kGrazing && normal_cdf(static_cast<double>(holes[i])) < (angle - kGrazing) / (kBlind - kGrazing)) return;
     const double z = shot.raster.depth_m[i];
     if (projector.blocked(z * pixel_ray(shot.camera, u, v))) return;
-    const double disparity = kinect1::kFocalBaseline / z + noise[index(u)];
+    const double error_px = sigma_px * static_cast<double>(noise[i]) + kinect1::kDrift_px * static_cast<double>(drift[i]);
+    const double disparity = kinect1::kFocalBaseline / z + error_px;
     const double measured = kinect1::kFocalBaseline / (kinect1::kStep_px * std::round(disparity / kinect1::kStep_px));
     if (measured >= kinect1::kNearest_m && measured <= kinect1::kFarthest_m) result.depth_m[i] = measured;
   });

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <new>
+#include <span>
 #include <vector>
 
 #include "fransac/filter/deproject.hpp"
@@ -112,21 +113,27 @@ TEST_F(Allocations, AreCounted) {
   EXPECT_EQ(allocations_of([] { AlignedVector<float> more(10); }), 1U);
 }
 
+constexpr Method kMethods[] = {Method::cells, Method::fransac, Method::voxel_ransac, Method::rransac, Method::ransac};
+
 /// A frame that the workspace has seen before, in whatever way it is segmented: check(allocations, options).
 template <class Input, class Check>
-void for_every_way(const std::vector<Input>& inputs, const Check& check) {
-  for (const Method method : testing::kMethods) {
+void for_every_way(std::span<const Method> methods, const std::vector<Input>& inputs, const Check& check) {
+  for (const Method method : methods) {
     for (const int max_planes : {1, 0}) {
       for (const LabelsFrom labels_from : {LabelsFrom::pixels, LabelsFrom::leaves}) {
         SegmentOptions options;
         options.method = method;
         options.max_planes = max_planes;
         options.labels_from = labels_from;
+        options.cells.residuals = method == Method::cells && max_planes == 0;
         Workspace workspace;
         Segmentation segmentation;
         const auto segment_it = [&](const Input& input) { return input.segmented(options, workspace, segmentation); };
         for (int warm_up = 0; warm_up < 2; ++warm_up) {
-          for (const Input& input : inputs) ASSERT_TRUE(segment_it(input));
+          for (const Input& input : inputs) {
+            const Status done = segment_it(input);
+            ASSERT_TRUE(done) << done.error().message;
+          }
         }
         for (const Input& input : inputs) {
           SCOPED_TRACE(::testing::Message() << enum_name(method) << ", planes " << max_planes << ", labels from "
@@ -162,14 +169,14 @@ TEST_F(Allocations, OfDepthFramesSeenBefore) {
     metres.push_back({DepthView::from_float(frame.exact_depth_m.data(), frame.camera.width, frame.camera.height), &frame.camera});
   }
   const auto check = [](std::uint64_t made, const SegmentOptions& /*options*/) { EXPECT_EQ(made, 0U); };
-  for_every_way(units, check);
-  for_every_way(metres, check);
+  for_every_way(kMethods, units, check);
+  for_every_way(kMethods, metres, check);
 }
 
 TEST_F(Allocations, OfNewFramesOfTheSameSize) {
   // A few buffers may grow with the number of leaves; no more than that, and nothing by the pixel or by the hypothesis.
   const std::vector<synth::SynthFrame> frames = stream();
-  for (const Method method : testing::kMethods) {
+  for (const Method method : kMethods) {
     SegmentOptions options;
     options.method = method;
     Workspace workspace;
@@ -191,7 +198,24 @@ TEST_F(Allocations, OfNewFramesOfTheSameSize) {
 TEST_F(Allocations, OfCloudsSeenBefore) {
   std::vector<CloudInput> inputs;
   for (const synth::SynthFrame& frame : stream()) deproject(view_of(frame), frame.camera, inputs.emplace_back().cloud);
-  for_every_way(inputs, [&](std::uint64_t made, const SegmentOptions& /*options*/) { EXPECT_EQ(made, 0U); });
+  for_every_way(testing::kMethods, inputs, [&](std::uint64_t made, const SegmentOptions& /*options*/) { EXPECT_EQ(made, 0U); });
+}
+
+TEST_F(Allocations, OfOrganisedCloudsSeenBefore) {
+  std::vector<CloudInput> inputs;
+  for (const synth::SynthFrame& frame : stream()) {
+    const DepthView depth = view_of(frame);
+    PointCloud& cloud = inputs.emplace_back().cloud;
+    cloud.width = depth.width();
+    cloud.height = depth.height();
+    cloud.resize(depth.size());
+    std::size_t i = 0;
+    for (int v = 0; v < depth.height(); ++v) {
+      for (int u = 0; u < depth.width(); ++u) cloud.set(i++, depth.metres(u, v) * testing::ray(frame.camera, u, v).cast<float>());
+    }
+  }
+  const Method cells[] = {Method::cells};
+  for_every_way(cells, inputs, [&](std::uint64_t made, const SegmentOptions& /*options*/) { EXPECT_EQ(made, 0U); });
 }
 
 }  // namespace

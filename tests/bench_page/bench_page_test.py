@@ -132,6 +132,21 @@ class Statistics(unittest.TestCase):
             self.assertEqual(path.read_bytes(), first)
 
 
+    def test_figures_that_older_results_lack_are_missing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "compact.json"
+            results.save(loaded([ours([1.0], matched_f1=0.5)]), path)
+            text = json.loads(path.read_text())
+            text["columns"], text["rows"] = text["columns"][:-5], [row[:-5] for row in text["rows"]]
+            path.write_text(json.dumps(text))
+            (row,) = results.load(path).rows
+            self.assertEqual((row.peer, row.matched_f1), ("fransac", None))
+            text["columns"][0] = "suit"
+            path.write_text(json.dumps(text))
+            with self.assertRaises(ValueError):
+                results.load(path)
+
+
 class Bars(unittest.TestCase):
     def verdict(self, relation, limit, measured, **more):
         return bars.Claim("", "", relation, limit, measured, **more).verdict
@@ -184,6 +199,38 @@ class Bars(unittest.TestCase):
         ]
         self.assertEqual([claim.measured for claim in bars.threads_bar(loaded(rows))], [2.0, 0.8])
 
+    def all_planes(self, time_ms, scene, dataset="tum", peer="cells", **figures):
+        library = "fransac" if peer == "cells" else "opencv"
+        return raw_row(peer, "multi-plane", library, "project", [time_ms], suite="planes", dataset=dataset, scene=scene, **figures)
+
+    def test_cells_may_meet_the_time_or_the_multiple_of_the_floor(self):
+        floors = [
+            raw_row("floor-deproject", "floor", "floor", "native", [ms], suite="planes", scene=scene)
+            for scene, ms in (("a", 0.1), ("b", 0.2))
+        ]
+        slow = [self.all_planes(0.6, "a"), self.all_planes(0.8, "b"), *floors]
+        mean, worst = (claim for claim in bars.cells_time_bar(loaded(slow)) if claim.where == "tum")
+        self.assertEqual((mean.unit, worst.unit, mean.met, worst.met), ("×", "×", True, True))
+        self.assertAlmostEqual(mean.measured, 5.0)
+        self.assertAlmostEqual(worst.measured, 6.0)
+        fast = [self.all_planes(0.2, "a"), self.all_planes(0.3, "b")]
+        mean, worst = (claim for claim in bars.cells_time_bar(loaded(fast)) if claim.where == "tum")
+        self.assertEqual((mean.measured, worst.measured, worst.unit), (0.25, 0.3, " ms"))
+        missed = bars.Claim("", "", "≤", 0.25, 0.5, unit=" ms")
+        self.assertEqual(missed.verdict, "missed by 100%")
+
+    def test_accuracy_of_cells_is_the_mean_and_the_worst_of_its_frames(self):
+        rows = [
+            self.all_planes(0.2, scene, f1=0.5, matched_f1=matched, instance_f1_50=0.9)
+            for scene, matched in (("a", 1.0), ("b", 0.98))
+        ]
+        rows.append(self.all_planes(5.0, "a", peer="opencv-rgbdplane", matched_f1=0.1))
+        found = self.claims(bars.cells_accuracy_bar, rows)
+        self.assertAlmostEqual(found["`cells`: matched F1 of the first plane", "tum"], 0.99)
+        self.assertEqual(found["`cells`: matched F1 of the first plane, worst frame", "tum"], 0.98)
+        self.assertEqual(found["`cells`: instance F1 at IoU 0.5", "tum"], 0.9)
+        self.assertNotIn(("`cells`: F1 of the dominant plane", "mosd"), found)
+
     def test_accuracy_is_compared_with_the_best_rival_of_the_name(self):
         rows = [
             ours([1.0], f1=0.9),
@@ -231,6 +278,20 @@ class Pages(unittest.TestCase):
             ["0.0123", "0.400", "12.0", "123", "1,230", "–"],
         )
 
+    def test_all_planes_beside_quoted_ones(self):
+        planes = {"suite": "planes", "dataset": "tum", "matched_f1": 0.98, "instance_f1_50": 0.9, "weighted_iou": 0.95}
+        text = page.BLOCKS["all planes"](
+            loaded(
+                [
+                    raw_row("cells", "multi-plane", "fransac", "project", [0.3], **planes),
+                    raw_row("floor-deproject", "floor", "floor", "native", [0.1], suite="planes"),
+                ]
+            )
+        )
+        self.assertIn("| **cells** | ours | 0.300 | 0.300 | 3.00 | 0.900 | – | 0.950 | 0.980 | – | 0.980 |", text)
+        self.assertIn("| *CAPE* | *quoted* |", text)
+        self.assertNotIn("floor-deproject |", text)
+
     def test_a_row_says_speed_accuracy_and_the_best_rival(self):
         found = loaded(
             [
@@ -257,8 +318,8 @@ class Committed(unittest.TestCase):
             self.skipTest("docs/benchmark/results.json is missing: nothing was measured yet")
         found = results.load(docs / "benchmark" / "results.json")
         drawn = {plot.stem for plot in (docs / "benchmark").glob("*.svg")}
-        for name in ("benchmark.md", "reproduction.md"):
-            text = (docs / name).read_text(encoding="utf-8")
+        for name in ("docs/benchmark.md", "docs/reproduction.md", "README.md"):
+            text = (SOURCE / name).read_text(encoding="utf-8")
             self.assertEqual(
                 page.fill(text, found, drawn), text, f"{name}: run scripts/bench --page-only docs/benchmark/results.json"
             )

@@ -6,7 +6,7 @@ import os
 import pathlib
 import subprocess
 
-METHODS = ("ransac", "rransac", "voxel-ransac", "fransac")
+METHODS = ("cells", "ransac", "rransac", "voxel-ransac", "fransac")
 
 
 def fransac(folder, *arguments):

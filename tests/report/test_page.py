@@ -67,7 +67,7 @@ class Page(unittest.TestCase):
         self.assertNotRegex(source, r"https?://|<script|<link|@import|url\(")
         root = parse(path)
         images = list(root.iter("img"))
-        self.assertEqual(len(images), 2 * (4 + 4 + 4))  # colour, depth, cloud, truth; planes and differences by four methods
+        self.assertEqual(len(images), 2 * (4 + 5 + 5))  # colour, depth, cloud, truth; planes and differences by five methods
         for image in images:
             with self.subTest(image.get("alt")):
                 self.assertTrue(image.get("alt"))
@@ -107,8 +107,9 @@ class Page(unittest.TestCase):
 
     def test_mean_table_holds_what_evaluate_gives(self):
         heads, rows = cells(with_class(self.page(), "of-means")[0])
-        keys = {"precision": "precision", "recall": "recall", "F1": "f1", "best F1": "best_f1", "angle [deg]": "angle_deg",
-                "offset [m]": "offset_m", "planes": "planes", "median [ms]": "median_ms", "fps": "fps"}
+        keys = {"precision": "precision", "recall": "recall", "F1": "f1", "best F1": "best_f1", "matched": "matched_f1",
+                "F1@0.5": "instance_f1_50", "F1@0.75": "instance_f1_75", "wIoU": "weighted_iou",
+                "angle [deg]": "angle_deg", "offset [m]": "offset_m", "planes": "planes", "median [ms]": "median_ms", "fps": "fps"}
         self.assertEqual(heads[1:], list(keys))
         for shown, row in zip(rows, self.evaluate()["mean"], strict=True):
             self.assertEqual(shown[0], row["method"])
@@ -122,14 +123,29 @@ class Page(unittest.TestCase):
         self.assertEqual(titles, ["Frames per second, scene by scene", "Precision, recall and F1", "Accuracy against speed",
                                   "Time by stage"])
         marks = [path for path in plots[0].iter("path") if path.find("title") is not None and ": " in text(path)]
-        self.assertEqual(len(marks), 2 * 4)
+        self.assertEqual(len(marks), 2 * 5)
         bars = [text(bar) for bar in plots[1].iter("rect") if ", " in text(bar)]
-        self.assertEqual(len(bars), 3 * 4)
+        self.assertEqual(len(bars), 3 * 5)
         recall = next(row for row in self.evaluate()["mean"] if row["method"] == "fransac")["recall"]
         self.assertIn(f"fransac, recall: {recall:.4f}", bars)
 
+    def test_every_plane_of_cells_is_listed(self):
+        tables = with_class(self.page("--method", "cells,fransac"), "of-planes")
+        self.assertEqual(len(tables), 2)  # one per scene, none of fransac
+        for name, table in zip(("desk_3_0", "desk_3_1"), tables):
+            found = json.loads(pages.fransac(self.folder, "segment", f"scenes/{name}", "--method", "cells", "--json", "-"))
+            self.assertEqual(text(table.find("caption")), f"Planes of cells in {name}, up {found['up_source']}")
+            self.assertGreater(len(found["planes"]), 1)
+            _, rows = cells(table)
+            shown = [(f"{p['id']}", p["kind"], f"{p['area_m2']:.3f}", f"{1e3 * p['rms_m']:.1f}", f"{p['inliers']}") for p in found["planes"]]
+            self.assertEqual([tuple(row[:5]) for row in rows], shown)
+            colours = [swatch.get("style") for swatch in with_class(table, "swatch")]
+            self.assertEqual(len(set(colours)), len(rows), "every plane has a colour of its own")
+
     def test_what_does_not_apply_is_left_out(self):
-        self.assertIn("--planes all", text(self.page()))
+        self.assertIn("one plane per scene; --planes all", text(self.page()))
+        self.assertIn("one plane per scene was asked for", text(self.page("--method", "fransac")))
+        self.assertNotIn("--planes all", text(self.page("--method", "cells")))
         pages.change_truth(self.folder, "dominant")
         root = self.page("--planes", "all")
         self.assertIn("dominant plane alone", text(root))
@@ -138,7 +154,7 @@ class Page(unittest.TestCase):
         root = self.page()
         self.assertIn("has no truth", text(root))
         self.assertEqual({t.get("data-quantity") for t in root.iter("table")} - {None}, set(TIMES))
-        self.assertEqual(len(list(root.iter("img"))), 2 * (3 + 4))
+        self.assertEqual(len(list(root.iter("img"))), 2 * (3 + 5))
         self.assertEqual(len(list(root.iter("svg"))), 2)
         self.assertEqual(with_class(root, "legend"), [])
 

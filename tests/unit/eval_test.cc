@@ -73,6 +73,7 @@ TEST(DominantPlane, DifferentSizesAreAnError) {
   EXPECT_EQ(detection.error().code, ErrorCode::invalid_argument);
   EXPECT_NE(detection.error().message.find("3 labels"), std::string::npos);
   EXPECT_FALSE(best_overlap(mask("1"), mask("")));
+  EXPECT_FALSE(matched_plane(mask("1"), mask("")));
   EXPECT_FALSE(instance_metrics(mask("1"), mask("")));
 }
 
@@ -98,6 +99,62 @@ TEST(BestOverlap, NoPlaneAndNoDepthAreNoCandidates) {
   EXPECT_EQ(best->detection.true_positives, 0U);
   EXPECT_EQ(best->detection.false_positives, 0U);
   EXPECT_EQ(best->detection.false_negatives, 4U);
+}
+
+TEST(MatchedPlane, TakesTheTruePlaneWithTheLargestF1) {
+  // Predicted plane 1 has 7 judged pixels: 3 on plane 1 (12 pixels: F1 6/19), 3 on plane 2 (4 pixels: F1 6/11), 1 on no plane.
+  const auto matched = matched_plane(mask("111111111111 2222 .. ??"), mask("111......... 1112 1. 11"));
+  ASSERT_TRUE(matched);
+  EXPECT_EQ(matched->label, 2);
+  EXPECT_EQ(matched->detection.true_positives, 3U);
+  EXPECT_EQ(matched->detection.false_positives, 4U);
+  EXPECT_EQ(matched->detection.false_negatives, 1U);
+  EXPECT_DOUBLE_EQ(matched->detection.precision(), 3.0 / 7.0);
+  EXPECT_DOUBLE_EQ(matched->detection.recall(), 3.0 / 4.0);
+  EXPECT_DOUBLE_EQ(matched->detection.f1(), 6.0 / 11.0);
+}
+
+TEST(MatchedPlane, LargestOverlapNeedNotBeTheLargestF1) {
+  // 5 of plane 1's 20 pixels (F1 10/28), all 3 of plane 254 (F1 6/11).
+  Labels truth(20, 1);
+  Labels predicted(15, kLabelNoPlane);
+  append(truth, 3, 254);
+  append(predicted, 8, 1);
+  const auto matched = matched_plane(truth, predicted);
+  ASSERT_TRUE(matched);
+  EXPECT_EQ(matched->label, 254);
+  EXPECT_DOUBLE_EQ(matched->detection.f1(), 6.0 / 11.0);
+}
+
+TEST(MatchedPlane, WithOneTruePlaneItIsTheDominantPlanes) {
+  const Labels truth = mask("11111 ...");
+  const Labels predicted = mask("1112. 1..");
+  const auto matched = matched_plane(truth, predicted);
+  const auto dominant = dominant_plane(truth, predicted);
+  ASSERT_TRUE(matched && dominant);
+  EXPECT_EQ(matched->label, 1);
+  EXPECT_EQ(matched->detection.true_positives, dominant->true_positives);
+  EXPECT_EQ(matched->detection.false_positives, dominant->false_positives);
+  EXPECT_EQ(matched->detection.false_negatives, dominant->false_negatives);
+}
+
+TEST(MatchedPlane, TieGoesToTheLowerLabel) {
+  const auto matched = matched_plane(mask("33 22 .."), mask("11 11 .."));
+  ASSERT_TRUE(matched);
+  EXPECT_EQ(matched->label, 2);
+}
+
+TEST(MatchedPlane, NoPlaneAndIgnoredPixelsAreNoCandidates) {
+  const auto matched = matched_plane(mask("... ?? 11"), mask("111 11 22"));
+  ASSERT_TRUE(matched);
+  EXPECT_EQ(matched->label, 0);
+  EXPECT_EQ(matched->detection.true_positives, 0U);
+  EXPECT_EQ(matched->detection.false_positives, 3U);
+  EXPECT_EQ(matched->detection.f1(), 0.0);
+  const auto other = matched_plane(mask("... ?? 11"), mask("111 11 22"), 2);
+  ASSERT_TRUE(other);
+  EXPECT_EQ(other->label, 1);
+  EXPECT_EQ(other->detection.f1(), 1.0);
 }
 
 TEST(InstanceMetrics, PerfectPrediction) {

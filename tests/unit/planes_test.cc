@@ -135,10 +135,15 @@ TEST(Segment, RmsIsTheNoise) {
   EXPECT_NEAR(s.planes[0].plane.d, 1.0, 1e-4);
 }
 
-TEST(Segment, AutomaticIsFransac) {
+TEST(Segment, AutomaticIsCellsOfImagesAndFransacOfClouds) {
   const TwoPlanes scene;
   testing::expect_same(segmented(scene.image, options_for(Method::automatic)),
-                       segmented(scene.image, options_for(Method::fransac)));
+                       segmented(scene.image, options_for(Method::cells)));
+  const PointCloud cloud = testing::noisy_plane(200, 20, 0.001, testing::test_random());
+  const auto automatic = segment(cloud, options_for(Method::automatic));
+  const auto fransac = segment(cloud, options_for(Method::fransac));
+  ASSERT_TRUE(automatic && fransac);
+  testing::expect_same(*automatic, *fransac);
 }
 
 TEST(Segment, MethodsSampleWhatTheyShould) {
@@ -221,6 +226,48 @@ TEST(Segment, PixelsGoToTheNearestPlane) {
       const int expected = std::min(d1, d2) > 0.03 ? kLabelNoPlane : d1 < d2 ? 1 : 2;
       ASSERT_EQ(s.labels[static_cast<std::size_t>(v * 80 + u)], expected);
     }
+  }
+}
+
+TEST(Segment, AreaOrderPutsTheLargerPlaneFirst) {
+  // A wall 4 m away on the right has fewer pixels than one at 1 m on the left, but more square metres.
+  FloatImage image(testing::small_camera());
+  image.draw(*make_plane({0, 0, -1}, 1.0), 0, 50);
+  image.draw(*make_plane({0, 0, -1}, 4.0), 50, 80);
+  SegmentOptions options = options_for(Method::ransac);
+  options.max_planes = 0;
+  const Segmentation by_support = segmented(image, options);
+  options.order = PlaneOrder::area;
+  const Segmentation by_area = segmented(image, options);
+  ASSERT_EQ(by_support.planes.size(), 2U);
+  ASSERT_EQ(by_area.planes.size(), 2U);
+  EXPECT_NEAR(by_support.planes[0].plane.d, 1.0, 1e-6);
+  EXPECT_NEAR(by_area.planes[0].plane.d, 4.0, 1e-6);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(by_area.planes[i].id, static_cast<int>(i) + 1);
+    EXPECT_EQ(by_area.planes[i].inliers, by_support.planes[1 - i].inliers);
+    EXPECT_EQ(count(by_area, by_area.planes[i].id), by_area.planes[i].inliers);
+  }
+  options.order = PlaneOrder::support;
+  testing::expect_same(segmented(image, options), by_support);
+}
+
+TEST(Segment, SmallAreasAreLeftOut) {
+  FloatImage image(testing::small_camera());
+  image.draw(*make_plane({0, 0, -1}, 1.0), 0, 50);
+  image.draw(*make_plane({0, 0, -1}, 4.0), 50, 80);
+  PointCloud points;
+  deproject(image.view(), image.camera, points);
+  for (const bool cloud : {false, true}) {
+    SegmentOptions options = options_for(Method::ransac);
+    options.max_planes = 0;
+    options.cells.min_area_m2 = 2.0;  // the near wall has 0.6, the far one 5.7
+    const Segmentation s = cloud ? segmented(points, options) : segmented(image, options);
+    ASSERT_EQ(s.planes.size(), 1U);
+    EXPECT_NEAR(s.planes[0].plane.d, 4.0, 1e-6);
+    EXPECT_EQ(s.planes[0].id, 1);
+    EXPECT_EQ(count(s, 1), 30U * 60U);
+    EXPECT_EQ(count(s, kLabelNoPlane), 50U * 60U);
   }
 }
 
@@ -545,6 +592,19 @@ TEST(SegmentErrors, AbsurdOptionsAreNamed) {
       {"min-support", [](SegmentOptions& o) { o.min_support = -0.1; }},
       {"min-support", [](SegmentOptions& o) { o.min_support = 1.1; }},
       {"min-support", [](SegmentOptions& o) { o.min_support = kNaN; }},
+      {"order", [](SegmentOptions& o) { o.order = static_cast<PlaneOrder>(2); }},
+      {"min-area", [](SegmentOptions& o) { o.cells.min_area_m2 = -1.0; }},
+      {"min-area", [](SegmentOptions& o) { o.cells.min_area_m2 = kInf; }},
+      {"sensor", [](SegmentOptions& o) { o.sensor.kind = static_cast<SensorKind>(9); }},
+      {"sensor-param bias", [](SegmentOptions& o) { o.sensor.bias_m = -0.01; }},
+      {"sensor-param baseline", [](SegmentOptions& o) { o.sensor = {.kind = SensorKind::stereo, .baseline_m = kNaN}; }},
+      {"sensor-param linear", [](SegmentOptions& o) { o.sensor = {.kind = SensorKind::stereo, .linear = 0.01}; }},
+      {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d::Zero(); }},
+      {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d(0, kNaN, 1); }},
+      {"perpendicular-to", [](SegmentOptions& o) { o.cells.perpendicular_to = Vector3d(kInf, 0, 0); }},
+      {"up", [](SegmentOptions& o) { o.cells.up = Vector3d::Zero(); }},
+      {"prior-angle", [](SegmentOptions& o) { o.cells.prior_angle_deg = 0.0; }},
+      {"prior-angle", [](SegmentOptions& o) { o.cells.prior_angle_deg = 91.0; }},
       {"labels-from", [](SegmentOptions& o) { o.labels_from = static_cast<LabelsFrom>(7); }},
       {"threads", [](SegmentOptions& o) { o.threads = -1; }},
       {"threads", [](SegmentOptions& o) { o.threads = 1000000; }},
@@ -576,6 +636,50 @@ TEST(SegmentErrors, AbsurdOptionsAreNamed) {
   }
 }
 
+TEST(SegmentErrors, WhatOnlyCellsKnowsIsRefusedByTheOtherMethods) {
+  const TwoPlanes scene;
+  const BadCase cases[] = {
+      {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d::UnitX(); }},
+      {"perpendicular-to", [](SegmentOptions& o) { o.cells.perpendicular_to = Vector3d::UnitX(); }},
+      {"residuals", [](SegmentOptions& o) { o.cells.residuals = true; }},
+      {"up", [](SegmentOptions& o) { o.cells.up = -Vector3d::UnitY(); }},
+  };
+  for (const BadCase& asked : cases) {
+    for (const Method method : kMethods) {
+      SegmentOptions options = options_for(method);
+      asked.spoil(options);
+      const auto result = segment(scene.image.view(), scene.image.camera, options);
+      ASSERT_FALSE(result) << asked.what;
+      EXPECT_EQ(result.error().code, ErrorCode::invalid_argument);
+      EXPECT_THAT(result.error().message, HasSubstr(asked.what));
+      EXPECT_THAT(result.error().message, HasSubstr(std::string(enum_name(method))));
+    }
+    SegmentOptions options = options_for(Method::cells);
+    asked.spoil(options);
+    EXPECT_TRUE(validate(options)) << asked.what;
+  }
+}
+
+TEST(SegmentOptions, WhatTheMethodDecides) {
+  for (const Method method : kMethods) {
+    const SegmentOptions options = with_defaults({}, method);
+    EXPECT_EQ(options.max_planes, 1);
+    EXPECT_EQ(options.min_support, 0.02);
+    EXPECT_EQ(options.order, PlaneOrder::support);
+  }
+  const SegmentOptions cells = with_defaults({}, Method::cells);
+  EXPECT_EQ(cells.max_planes, 0);
+  EXPECT_EQ(cells.min_support, 0.002);
+  EXPECT_EQ(cells.order, PlaneOrder::area);
+  SegmentOptions chosen;
+  chosen.max_planes = 5;
+  chosen.min_support = 0.5;
+  chosen.order = PlaneOrder::area;
+  EXPECT_EQ(with_defaults(chosen, Method::ransac).max_planes, 5);
+  EXPECT_EQ(with_defaults(chosen, Method::ransac).min_support, 0.5);
+  EXPECT_EQ(with_defaults(chosen, Method::ransac).order, PlaneOrder::area);
+}
+
 TEST(SegmentErrors, EveryOptionIsListedOnceAndItsDefaultIsValid) {
   SegmentOptions options;
   std::set<std::string_view> names;
@@ -595,16 +699,22 @@ TEST(SegmentErrors, FramesWithoutEnoughPoints) {
     const auto result = segment(image.view(), image.camera, options);
     return result ? Error{ErrorCode::unsupported, "no error"} : result.error();
   };
-  EXPECT_EQ(error({}).code, ErrorCode::no_data);
-  EXPECT_THAT(error({}).message, HasSubstr("0 with a measurement"));
-  image.at(5, 5) = 1.0F;
-  EXPECT_THAT(error({}).message, HasSubstr("1 with a measurement"));
-  image.at(6, 5) = 1.0F;
-  EXPECT_THAT(error({}).message, HasSubstr("2 with a measurement"));
-  image.draw(*make_plane({0, 0, -1}, 8.0));
-  EXPECT_EQ(error({}).code, ErrorCode::no_data);
-  EXPECT_THAT(error({}).message, HasSubstr("pass-through"));
-  SegmentOptions coarse;
+  for (const Method method : {Method::cells, Method::fransac}) {
+    SegmentOptions options = options_for(method);
+    image = FloatImage(image.camera);
+    EXPECT_EQ(error(options).code, ErrorCode::no_data);
+    EXPECT_THAT(error(options).message, HasSubstr("0 with a measurement"));
+    image.at(5, 5) = 1.0F;
+    EXPECT_THAT(error(options).message, HasSubstr("1 with a measurement"));
+    image.at(6, 5) = 1.0F;
+    EXPECT_THAT(error(options).message, HasSubstr("2 with a measurement"));
+    image.draw(*make_plane({0, 0, -1}, 8.0));
+    options.pass_through.use = true;  // the default of `fransac` alone
+    EXPECT_EQ(error(options).code, ErrorCode::no_data);
+    EXPECT_THAT(error(options).message, HasSubstr("pass-through"));
+  }
+  SegmentOptions coarse = options_for(Method::fransac);
+  EXPECT_THAT(error(coarse).message, HasSubstr("pass-through"));
   coarse.pass_through.use = false;
   coarse.voxel_grid.leaf_size_m = 1000.0;
   image.draw(*make_plane({0, 0, -1}, 8.0));
@@ -661,15 +771,20 @@ TEST(SegmentErrors, AnErrorLeavesNoPlanesOfTheFrameBefore) {
   const Camera camera{80, 60, 60.0, 60.0, 39.5, 29.5};
   Workspace workspace;
   Segmentation result;
-  ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, {}, workspace, result));
-  ASSERT_EQ(result.planes.size(), 1U);
-  EXPECT_GT(result.planes[0].iterations, 0U);
-  EXPECT_EQ(result.planes[0].stop_reason, StopReason::confidence);
-  for (const auto& [data, width] : {std::pair{nothing.data(), 80}, std::pair{wall.data(), 79}}) {
-    ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, {}, workspace, result));
-    EXPECT_FALSE(segment(DepthView::from_float(data, width, 60), camera, {}, workspace, result));
-    EXPECT_TRUE(result.planes.empty());
-    EXPECT_TRUE(result.labels.empty());
+  for (const Method method : {Method::cells, Method::fransac}) {
+    const SegmentOptions options = options_for(method);
+    ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, options, workspace, result));
+    ASSERT_EQ(result.planes.size(), 1U);
+    if (method == Method::fransac) {
+      EXPECT_GT(result.planes[0].iterations, 0U);
+      EXPECT_EQ(result.planes[0].stop_reason, StopReason::confidence);
+    }
+    for (const auto& [data, width] : {std::pair{nothing.data(), 80}, std::pair{wall.data(), 79}}) {
+      ASSERT_TRUE(segment(DepthView::from_float(wall.data(), 80, 60), camera, options, workspace, result));
+      EXPECT_FALSE(segment(DepthView::from_float(data, width, 60), camera, options, workspace, result));
+      EXPECT_TRUE(result.planes.empty());
+      EXPECT_TRUE(result.labels.empty());
+    }
   }
 }
 

@@ -47,6 +47,12 @@ std::string png_uri(std::span<const std::byte> png) {
   return uri;
 }
 
+std::string css_colour(const Colour& colour) { return fmt::format("rgb({},{},{})", colour[0], colour[1], colour[2]); }
+
+std::string swatch(const Colour& colour) {
+  return fmt::format("<span class=\"swatch\" style=\"background: {}\"></span>", css_colour(colour));
+}
+
 HtmlTable::HtmlTable(std::string_view caption, std::vector<std::string> headings, std::string attributes) {
   head_ = fmt::format("<div class=\"scroll\"><table{}{}>\n<caption>{}</caption>\n<thead><tr>", attributes.empty() ? "" : " ",
                       attributes, escape(caption));
@@ -54,11 +60,11 @@ HtmlTable::HtmlTable(std::string_view caption, std::vector<std::string> headings
   head_ += "</tr></thead>\n<tbody>\n";
 }
 
-void HtmlTable::add(const std::vector<std::string>& cells, const std::vector<bool>& best) {
+void HtmlTable::add(const std::vector<std::string>& cells, const std::vector<bool>& best, std::string_view mark) {
   body_ += "<tr>";
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const bool marked = i < best.size() && best[i];
-    body_ += i == 0 ? fmt::format("<th scope=\"row\">{}</th>", escape(cells[i]))
+    body_ += i == 0 ? fmt::format("<th scope=\"row\">{}{}</th>", mark, escape(cells[i]))
                     : fmt::format("<td{}>{}</td>", marked ? " class=\"best\"" : "", escape(cells[i]));
   }
   body_ += "</tr>\n";

@@ -2,7 +2,9 @@
 /// Pieces of a page, well-formed as HTML and as XML.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,13 +18,19 @@ std::string escape(std::string_view text);
 /// "data:image/png;base64,…"
 std::string png_uri(std::span<const std::byte> png);
 
+using Colour = std::array<std::uint8_t, 3>;
+
+/// A square of a colour, for legends and tables.
+std::string swatch(const Colour& colour);
+std::string css_colour(const Colour& colour);
+
 /// A table whose first column and first row are headings.
 class HtmlTable {
  public:
   /// `attributes`: of the table element, escaped.
   HtmlTable(std::string_view caption, std::vector<std::string> headings, std::string attributes = {});
-  /// The first cell heads the row. `best[i]` marks cell i; may be empty.
-  void add(const std::vector<std::string>& cells, const std::vector<bool>& best = {});
+  /// The first cell heads the row, after `mark`, which is markup. `best[i]` marks cell i; may be empty.
+  void add(const std::vector<std::string>& cells, const std::vector<bool>& best = {}, std::string_view mark = {});
   /// What follows sums up what came before.
   void foot();
   [[nodiscard]] std::string text() const;

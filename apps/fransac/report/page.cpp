@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "html.hpp"
@@ -17,13 +18,14 @@ namespace fransac::cli::report {
 namespace {
 
 /// What tables show, and in which order, of what there is.
-constexpr Quantity kShown[] = {Quantity::precision,      Quantity::recall,         Quantity::f1,           Quantity::best_f1,
-                               Quantity::instance_f1_50, Quantity::instance_f1_75, Quantity::weighted_iou, Quantity::angle_deg,
-                               Quantity::offset_m,       Quantity::planes,         Quantity::median_ms,    Quantity::fps};
+constexpr Quantity kShown[] = {
+    Quantity::precision,      Quantity::recall,         Quantity::f1,           Quantity::best_f1,   Quantity::matched_f1,
+    Quantity::instance_f1_50, Quantity::instance_f1_75, Quantity::weighted_iou, Quantity::angle_deg, Quantity::offset_m,
+    Quantity::planes,         Quantity::median_ms,      Quantity::fps};
 /// The paper's tables and figure 4, scene by scene; instance metrics besides.
-constexpr Quantity kPerScene[] = {Quantity::fps,         Quantity::median_ms, Quantity::precision,      Quantity::recall,
-                                  Quantity::f1,          Quantity::best_f1,   Quantity::instance_f1_50, Quantity::instance_f1_75,
-                                  Quantity::weighted_iou};
+constexpr Quantity kPerScene[] = {
+    Quantity::fps,     Quantity::median_ms,  Quantity::precision,      Quantity::recall,         Quantity::f1,
+    Quantity::best_f1, Quantity::matched_f1, Quantity::instance_f1_50, Quantity::instance_f1_75, Quantity::weighted_iou};
 
 constexpr const char* kOpen = " open=\"open\"";
 
@@ -179,8 +181,6 @@ std::string plots(const DatasetReport& dataset) {
   return html + stage_plot(dataset) + "</div>\n";
 }
 
-std::string css_colour(const Colour& colour) { return fmt::format("rgb({},{},{})", colour[0], colour[1], colour[2]); }
-
 /// Under the depth picture: which colour is how far.
 std::string depth_legend(const io::DepthRange& range) {
   constexpr int kStops = 16;
@@ -216,9 +216,7 @@ std::string gallery(const std::string& title, const std::vector<Picture>& pictur
 }
 
 std::string difference_legend() {
-  const auto item = [](const Colour& colour, const char* words) {
-    return fmt::format("<li><span class=\"swatch\" style=\"background: {}\"></span>{}</li>", css_colour(colour), words);
-  };
+  const auto item = [](const Colour& colour, const char* words) { return fmt::format("<li>{}{}</li>", swatch(colour), words); };
   return "<ul class=\"legend\">" + item(kHitColour, "found") + item(kMissedColour, "missed") + item(kFalseColour, "false") +
          item(kRestColour, "rightly left out") + item(kNothingColour, "no depth, or not judged") + "</ul>\n";
 }
@@ -234,37 +232,60 @@ std::string gist(const Scene& scene) {
   return (present(scene.rows, Quantity::f1) ? "F1: " : "") + text;
 }
 
+/// Every plane with what it is.
+std::string planes_table(const FoundPlanes& found, const std::string& scene) {
+  std::string caption = fmt::format("Planes of {} in {}", enum_name(found.method), scene);
+  if (found.up_source != UpSource::none) caption += fmt::format(", up {}", enum_name(found.up_source));
+  HtmlTable table(caption, {"plane", "kind", "area [m²]", "rms [mm]", "pixels", "normal", "distance [m]"}, "class=\"of-planes\"");
+  for (const FoundPlane& plane : found.planes) {
+    const Eigen::Vector3d& n = plane.plane.normal;
+    table.add({std::to_string(plane.id), std::string(enum_name(plane.kind)), fmt::format("{:.3f}", plane.area_m2),
+               fmt::format("{:.1f}", 1e3 * plane.rms_m), std::to_string(plane.inliers),
+               fmt::format("{:.3f} {:.3f} {:.3f}", n.x(), n.y(), n.z()), fmt::format("{:.3f}", plane.plane.d)},
+              {}, swatch(io::label_colour(plane.colour)));
+  }
+  return fmt::format("<details class=\"fold\">\n<summary>{} plane{} of {}</summary>\n{}</details>\n", found.planes.size(),
+                     found.planes.size() == 1 ? "" : "s", enum_name(found.method), table.text());
+}
+
 std::string scene_section(const Scene& scene, const std::string& id, bool open) {
   std::string html = fmt::format("<details class=\"scene\" id=\"{}\"{}>\n<summary>{} <small>{}</small></summary>\n", id,
                                  open ? kOpen : "", escape(scene.name), escape(gist(scene)));
   html += gallery("", scene.views, scene.range) + gallery("Planes found", scene.planes, scene.range);
+  for (const FoundPlanes& found : scene.found) html += planes_table(found, scene.name);
   html += gallery("Differences from the dominant plane", scene.differences, scene.range);
   return html + method_table("Methods on " + scene.name, "class=\"of-scene\"", scene.rows) + "</details>\n";
 }
 
-std::string truth_text(const DatasetReport& dataset, const Runs& runs) {
+std::string truth_text(const DatasetReport& dataset) {
   if (!judged(dataset)) return "This dataset has no truth, so there are pictures and times, but no accuracy and no differences.";
   if (dataset.truth == io::Truth::dominant) {
     return "The truth of this dataset is its dominant plane alone: metrics of single planes (F1@0.5 and so on) do not apply.";
   }
-  if (runs.options.max_planes == 1) {
+  if (!present(dataset.means, Quantity::instance_f1_50)) {
     return "The truth holds all planes, but one plane per scene was asked for: metrics of single planes (F1@0.5 and so on) need "
            "--planes all.";
   }
-  return "The truth holds all planes. F1@0.5 and F1@0.75 match planes by intersection over union; wIoU is weighted by area.";
+  std::string text =
+      "The truth holds all planes. F1@0.5 and F1@0.75 match planes by intersection over union; wIoU is weighted by area.";
+  const auto lacks = [](const Row& row) { return !row.scores[Quantity::instance_f1_50]; };
+  if (std::any_of(dataset.means.begin(), dataset.means.end(), lacks)) {
+    text += " Methods without them were asked for one plane per scene; --planes all asks for more.";
+  }
+  return text;
 }
 
 std::string dataset_section(const DatasetReport& dataset, const Report& report, std::size_t number) {
   std::string html = fmt::format("<section class=\"dataset\" id=\"dataset{}\">\n<h2>{}</h2>\n", number, escape(dataset.name));
   html += fmt::format("<p class=\"facts\">{} scene{}{}</p>\n<p>{}</p>\n", dataset.scenes.size(),
                       dataset.scenes.size() == 1 ? "" : "s", dataset.sensor.empty() ? "" : ", sensor: " + escape(dataset.sensor),
-                      escape(truth_text(dataset, report.runs)));
+                      escape(truth_text(dataset)));
   html += method_table("Means over the scenes", "class=\"of-means\"", dataset.means) + plots(dataset);
   html += "<h3>Scene by scene</h3>\n" + scene_tables(dataset, dataset.scenes.size() <= report.open_scenes);
   html += "<h3>Pictures</h3>\n<p class=\"note\">";
   html += judged(dataset) ? "A plane has the colour of the true plane that most of it lies on; planes that are none have further "
                             "colours. Grey is on no plane."
-                          : "Planes are coloured from the one with most support on. Grey is on no plane.";
+                          : "Planes are coloured in each method's order. Grey is on no plane.";
   html += " Black is without depth.</p>\n";
   if (judged(dataset))
     html += "<p class=\"note\">Differences show the first plane of each method against the dominant true plane:</p>\n" +
@@ -275,14 +296,24 @@ std::string dataset_section(const DatasetReport& dataset, const Report& report, 
   return html + "</section>\n";
 }
 
+std::string option_text(const nlohmann::ordered_json& value) {
+  if (value.is_null()) return "by method";
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_object()) return value.dump();
+  std::string chosen;
+  for (const auto& [name, part] : value.items()) {
+    if (!part.is_null()) chosen += fmt::format("{}{}={}", chosen.empty() ? "" : " ", name, part.dump());
+  }
+  return chosen.empty() ? "by sensor" : chosen;
+}
+
 /// "threshold 0.01, leaf-size 0.02, …": what all methods ran with.
 std::string options_text(const SegmentOptions& options) {
   std::string text;
   const auto json = options_to_json(options);
   for (const auto& [name, value] : json.items()) {
     if (name == "method") continue;
-    const std::string shown = value.is_null() ? "by method" : value.is_string() ? value.get<std::string>() : value.dump();
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, shown);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, option_text(value));
   }
   return text;
 }
@@ -304,10 +335,9 @@ std::string introduction(const Report& report) {
                                  methods, methods == 1 ? "" : "s", scenes, scenes == 1 ? "" : "s");
   html +=
       "<p>Precision, recall and F1 compare each method's first plane with the scene's dominant plane (equations 3 to 5 of "
-      "Zeineldin "
-      "and El-Fishawy, <i>FRANSAC: Fast RANdOm Sample Consensus for 3D Plane Segmentation</i>, 2017); best F1 takes the plane "
-      "that "
-      "overlaps it most. Times are from the depth frame in memory to labels in memory.</p>\n";
+      "Zeineldin and El-Fishawy, <i>FRANSAC: Fast RANdOm Sample Consensus for 3D Plane Segmentation</i>, 2017); best F1 takes "
+      "the plane that overlaps it most, matched the true plane that the first one fits best. Times are from the depth frame in "
+      "memory to labels in memory.</p>\n";
   html += fmt::format("<p class=\"facts\">{}, threads {}; median of {} run{} per frame.</p>\n", escape(to_text(report.machine)),
                       report.runs.options.threads, report.runs.repeat, report.runs.repeat == 1 ? "" : "s");
   return html + contents(report) + "</header>\n";

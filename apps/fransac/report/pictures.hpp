@@ -11,10 +11,9 @@
 #include "fransac/core/depth_image.hpp"
 #include "fransac/io/image.hpp"
 #include "fransac/io/overlay.hpp"
+#include "html.hpp"
 
 namespace fransac::cli::report {
-
-using Colour = std::array<std::uint8_t, 3>;
 
 /// Colours of difference_picture. Missed and false are orange and blue of Okabe and Ito, "Color Universal Design" (2008).
 inline constexpr Colour kHitColour{206, 206, 206};   ///< On the plane, and found.

@@ -120,15 +120,26 @@ std::string mark(double x, double y, double r, std::size_t i, std::string_view t
                      escape(told));
 }
 
-/// Names of the series side by side above the plot; `marks` as in the plot or squares.
-std::string legend(const std::vector<std::string>& names, bool marks, std::string_view prefix = {}) {
+std::string part_class(std::size_t i) { return fmt::format("part-s{}", i % 8 + 1); }
+
+/// Names of the series side by side above the plot, in two rows if need be; `marks` as in the plot or squares. Nameless series
+/// have no place.
+std::string legend(const std::vector<std::string>& names, bool marks, std::string (*style)(std::size_t) = series_class) {
+  constexpr double kStart = 14.0;
+  constexpr double kRow = 16.0;
   std::string svg;
-  double x = 14.0;
+  double x = kStart;
+  double y = 0.0;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    svg += marks ? mark(x + 5.0, 16.0, 5.0, i, names[i])
-                 : rectangle(x, 11.0, 11.0, 11.0, fmt::format("{}{}", prefix, series_class(i)), names[i]);
-    svg += text(x + 16.0, 20.0, "start", names[i]);
-    x += 36.0 + kLetter * static_cast<double>(names[i].size());
+    if (names[i].empty()) continue;
+    const double width = 36.0 + kLetter * static_cast<double>(names[i].size());
+    if (x > kStart && x + width > kWidth) {
+      x = kStart;
+      y += kRow;
+    }
+    svg += marks ? mark(x + 5.0, y + 16.0, 5.0, i, names[i]) : rectangle(x, y + 11.0, 11.0, 11.0, style(i), names[i]);
+    svg += text(x + 16.0, y + 20.0, "start", names[i]);
+    x += width;
   }
   return svg;
 }
@@ -259,19 +270,23 @@ std::string share_bars(const std::string& title, const std::vector<std::string>&
 
 std::string stacked_bars(const std::string& title, const Axis& x, const std::vector<std::string>& categories,
                          const std::vector<Series>& series) {
-  const std::string part = "part-";  // parts of a whole have colours of their own
   constexpr double kBar = 30.0;
   constexpr double kStep = 44.0;
   std::vector<double> totals(categories.size(), 0.0);
-  for (const Series& one : series) {
-    for (std::size_t i = 0; i < totals.size(); ++i) totals[i] += one.values[i].value_or(0.0);
+  std::vector<std::string> names(series.size());
+  for (std::size_t s = 0; s < series.size(); ++s) {
+    for (std::size_t i = 0; i < totals.size(); ++i) {
+      const double value = series[s].values[i].value_or(0.0);
+      totals[i] += value;
+      if (value > 0.0) names[s] = series[s].name;
+    }
   }
   const double longest_bar = totals.empty() ? 0.0 : *std::max_element(totals.begin(), totals.end());
   const double left = 20.0 + longest(categories);
   const double bottom = kTop + kStep * static_cast<double>(categories.size());
   const double height = bottom + 42.0;
   const Scale scale({0.0, std::max(longest_bar * 1.14, 1e-6)}, left, kRight, false);
-  std::string svg = open_svg(title, height) + legend(names_of(series), false, part) + x_axis(scale, x.title, left, bottom);
+  std::string svg = open_svg(title, height) + legend(names, false, part_class) + x_axis(scale, x.title, left, bottom);
   for (std::size_t i = 0; i < categories.size(); ++i) {
     const double y = kTop + kStep * static_cast<double>(i) + 0.5 * (kStep - kBar);
     svg += text(left - 8.0, y + 0.5 * kBar + 4.0, "end", shortened(categories[i]));
@@ -279,7 +294,7 @@ std::string stacked_bars(const std::string& title, const Axis& x, const std::vec
     for (std::size_t s = 0; s < series.size(); ++s) {
       const double value = series[s].values[i].value_or(0.0);
       if (value <= 0.0) continue;
-      svg += rectangle(scale(before), y, scale(before + value) - scale(before), kBar, part + series_class(s),
+      svg += rectangle(scale(before), y, scale(before + value) - scale(before), kBar, part_class(s),
                        told(series[s].name, categories[i], value, x.decimals));
       before += value;
     }

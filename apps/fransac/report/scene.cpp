@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -19,10 +20,24 @@ Picture picture(const std::string& title, const std::string& alt, const std::str
   return {title, note, alt, png_uri(unwrap(io::encode_png(image))), image.width, image.height};
 }
 
-/// The method whose planes the cloud shows where there is no truth: the paper's own if it is there.
-std::size_t method_to_show(std::span<const Row> rows) {
-  const auto own = std::find_if(rows.begin(), rows.end(), [](const Row& row) { return row.method == Method::fransac; });
-  return own == rows.end() ? 0 : static_cast<std::size_t>(own - rows.begin());
+/// The method whose planes the cloud shows where there is no truth: one that returns them all if there is one, else the paper's.
+std::size_t method_to_show(std::span<const Segmentation> segmentations) {
+  for (const Method wanted : {Method::cells, Method::fransac}) {
+    const auto own = std::find_if(segmentations.begin(), segmentations.end(), [=](const auto& s) { return s.method == wanted; });
+    if (own != segmentations.end()) return static_cast<std::size_t>(own - segmentations.begin());
+  }
+  return 0;
+}
+
+/// `shown`: the labels that the picture shows in place of the segmentation's.
+FoundPlanes found_planes(Method method, const Segmentation& segmentation, const std::vector<std::uint8_t>& shown) {
+  std::array<std::uint8_t, 256> colour{};
+  for (std::size_t i = 0; i < shown.size(); ++i) colour[segmentation.labels[i]] = shown[i];
+  FoundPlanes found{method, segmentation.up_source, {}};
+  for (const PlaneSegment& s : segmentation.planes) {
+    found.planes.push_back({s.id, colour[static_cast<std::size_t>(s.id)], s.kind, s.area_m2, s.rms_m, s.inliers, s.plane});
+  }
+  return found;
 }
 
 std::string planes_note(const Row& row, std::size_t planes) {
@@ -40,7 +55,7 @@ Scene draw_scene(const io::FrameFiles& files, const io::Frame& frame, io::Truth 
   const auto labels_of = [&](std::size_t m) {
     return judged ? named_like(frame.labels->pixels, segmentations[m].labels) : segmentations[m].labels;
   };
-  Scene scene{frame.name, {rows.begin(), rows.end()}, io::depth_range(depth), {}, {}, {}};
+  Scene scene{frame.name, {rows.begin(), rows.end()}, io::depth_range(depth), {}, {}, {}, {}};
   if (files.colour) {
     scene.views.push_back(
         picture("Colour", fmt::format("Photograph of {}", frame.name), "", unwrap(io::read_colour_image(*files.colour)), width));
@@ -48,7 +63,7 @@ Scene draw_scene(const io::FrameFiles& files, const io::Frame& frame, io::Truth 
   scene.views.push_back(
       picture("Depth", fmt::format("Depth of {}: {:.2f} to {:.2f} m", frame.name, scene.range.nearest_m, scene.range.farthest_m),
               "", depth_picture(depth, scene.range), width));
-  const std::size_t shown = method_to_show(rows);
+  const std::size_t shown = method_to_show(segmentations);
   const std::string painted = judged ? "the truth" : std::string(enum_name(rows[shown].method));
   io::ColourImage cloud = cloud_picture(depth, frame.camera, judged ? frame.labels->pixels : segmentations[shown].labels, width);
   if (cloud.size() > 0) {
@@ -64,9 +79,11 @@ Scene draw_scene(const io::FrameFiles& files, const io::Frame& frame, io::Truth 
   }
   for (std::size_t m = 0; m < rows.size(); ++m) {
     const std::string method(enum_name(rows[m].method));
+    const std::vector<std::uint8_t> labels = labels_of(m);
+    if (segmentations[m].method == Method::cells) scene.found.push_back(found_planes(rows[m].method, segmentations[m], labels));
     scene.planes.push_back(picture(method, fmt::format("Planes that {} found in {}", method, frame.name),
-                                   planes_note(rows[m], segmentations[m].planes.size()),
-                                   io::overlay(depth, labels_of(m), nullptr), width));
+                                   planes_note(rows[m], segmentations[m].planes.size()), io::overlay(depth, labels, nullptr),
+                                   width));
     if (!judged) continue;
     scene.differences.push_back(picture(method, fmt::format("Differences between {} and the truth in {}", method, frame.name),
                                         fmt::format("recall {}, precision {}", value_text(rows[m].scores, Quantity::recall),

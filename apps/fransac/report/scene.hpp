@@ -2,6 +2,7 @@
 /// One frame's part of a report.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -22,6 +23,24 @@ struct Picture {
   int height = 0;
 };
 
+/// A plane that a method found.
+struct FoundPlane {
+  int id = 0;
+  std::uint8_t colour = 0;  ///< The label whose colour it has in the pictures.
+  PlaneKind kind = PlaneKind::unknown;
+  double area_m2 = 0.0;
+  double rms_m = 0.0;
+  std::uint64_t inliers = 0;
+  Plane plane;
+};
+
+/// The planes of a method that tells of each what it is.
+struct FoundPlanes {
+  Method method = Method::cells;
+  UpSource up_source = UpSource::none;
+  std::vector<FoundPlane> planes;
+};
+
 struct Scene {
   std::string name;
   std::vector<Row> rows;  ///< One per method.
@@ -29,6 +48,7 @@ struct Scene {
   std::vector<Picture> views;        ///< Colour, depth, cloud, truth: what there is.
   std::vector<Picture> planes;       ///< One per method.
   std::vector<Picture> differences;  ///< One per method; none without truth.
+  std::vector<FoundPlanes> found{};  ///< Of those methods that tell.
 };
 
 /// Draws a frame and what each method found in it, `width` pixels wide at most. Throws Failure.

@@ -11,11 +11,13 @@ inline constexpr std::string_view kStyle = R"css(
 :root { color-scheme: light dark;
   --paper: #ffffff; --panel: #f5f6f8; --ink: #1c2127; --faint: #59636e; --rule: #d5dae0; --best: #0a6b4d; --link: #0b61a4;
   --s1: #0072b2; --s2: #d98a00; --s3: #009e73; --s4: #b8598f; --s5: #6f7780; --s6: #c04f00;
-  --p1: #16324f; --p2: #3f6f9f; --p3: #86b5d6; --p4: #e0a53a; --p5: #9aa3ad; }
+  --p1: #16324f; --p2: #3f6f9f; --p3: #86b5d6; --p4: #e0a53a;
+  --p5: #1c6b4a; --p6: #4ea37c; --p7: #a3d6bd; --p8: #9aa3ad; }
 @media (prefers-color-scheme: dark) { :root {
   --paper: #14171b; --panel: #1d2126; --ink: #e4e8ec; --faint: #9aa5b1; --rule: #343b44; --best: #5fd3a8; --link: #7cb8ec;
   --s1: #4ea6e0; --s2: #f0ad2e; --s3: #2fc796; --s4: #e39ac2; --s5: #a3acb6; --s6: #ee8147;
-  --p1: #5b8fc4; --p2: #8db9de; --p3: #c4dff2; --p4: #f0ad2e; --p5: #7b858f; } }
+  --p1: #5b8fc4; --p2: #8db9de; --p3: #c4dff2; --p4: #f0ad2e;
+  --p5: #3d9b74; --p6: #74c6a3; --p7: #bfe8d6; --p8: #7b858f; } }
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 system-ui, -apple-system, "Segoe UI", "Noto Sans", "DejaVu Sans", sans-serif; }
 header, main, footer { max-width: 1240px; margin: 0 auto; padding: 0 24px; }
@@ -57,7 +59,7 @@ svg .mark { stroke: var(--panel); stroke-width: 1; }
 svg .pale { opacity: 0.4; }
 .s1 { fill: var(--s1); } .s2 { fill: var(--s2); } .s3 { fill: var(--s3); } .s4 { fill: var(--s4); } .s5 { fill: var(--s5); } .s6 { fill: var(--s6); }
 .line.s1 { stroke: var(--s1); } .line.s2 { stroke: var(--s2); } .line.s3 { stroke: var(--s3); } .line.s4 { stroke: var(--s4); } .line.s5 { stroke: var(--s5); } .line.s6 { stroke: var(--s6); }
-.part-s1 { fill: var(--p1); } .part-s2 { fill: var(--p2); } .part-s3 { fill: var(--p3); } .part-s4 { fill: var(--p4); } .part-s5 { fill: var(--p5); }
+.part-s1 { fill: var(--p1); } .part-s2 { fill: var(--p2); } .part-s3 { fill: var(--p3); } .part-s4 { fill: var(--p4); } .part-s5 { fill: var(--p5); } .part-s6 { fill: var(--p6); } .part-s7 { fill: var(--p7); } .part-s8 { fill: var(--p8); }
 .legend { display: flex; flex-wrap: wrap; gap: 4px 20px; list-style: none; padding: 0; margin: 8px 0 12px; font-size: 14px; }
 .swatch { display: inline-block; width: 13px; height: 13px; border-radius: 3px; margin-right: 7px; vertical-align: -1px; border: 1px solid var(--rule); }
 details { border-top: 1px solid var(--rule); }

@@ -36,6 +36,16 @@ struct BestDetection {
 };
 Result<BestDetection> best_overlap(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted);
 
+/// The same turned round: one predicted plane against the true plane that it fits best, the label of 1 to 254 with the largest F1
+/// over the judged pixels (ties: the lower label). Fair to a method whose first plane is another than the truth's first. The
+/// true plane's label is returned too; 0, with no true pixels, when the predicted plane overlaps none.
+struct MatchedDetection {
+  Detection detection;
+  std::uint8_t label = 0;
+};
+Result<MatchedDetection> matched_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
+                                       std::uint8_t predicted_label = 1);
+
 /// Matches of predicted to true planes, in the manner of EVOPS (Kornilova et al., "EVOPS Benchmark: Evaluation of Plane
 /// Segmentation from RGBD and LiDAR Data", 2022) and Hoover et al. (1996).
 struct InstanceMetrics {

@@ -3,21 +3,24 @@
 /// bindings read `for_each_option`.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string_view>
 
 #include "fransac/core/labels.hpp"
+#include "fransac/core/sensor.hpp"
 #include "fransac/filter/pass_through.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/sac/plane_problem.hpp"
 
 namespace fransac {
 
-/// The methods that Zeineldin & El-Fishawy compare. What each consists of stands in planes/methods.hpp.
+/// How planes are found. What the four that Zeineldin & El-Fishawy compare consist of stands in planes/methods.hpp.
 enum class Method {
-  automatic,     ///< The best available for the kind of input; at present `fransac`.
+  automatic,     ///< `cells` for depth images and organised clouds of a pinhole camera, else `fransac`.
+  cells,         ///< Every plane of a depth image from blocks of inverse depth.
   fransac,       ///< Pass-through, voxel grid, RANSAC with both stops.
   voxel_ransac,  ///< Voxel grid, RANSAC.
   rransac,       ///< RANSAC with the T(d,d) pre-test on the full cloud.
@@ -52,28 +55,75 @@ struct RansacPlaneOptions {
   bool refine = true;  ///< Final least squares on the inliers.
 };
 
+/// Which plane is the first.
+enum class PlaneOrder {
+  area,     ///< Most visible square metres first.
+  support,  ///< Most pixels, points or leaves first.
+};
+
+/// What `cells` needs to know besides the sensor.
+struct CellsOptions {
+  double min_area_m2 = 0.0;  ///< Planes with a smaller visible area are left out; their pixels are on no plane. All methods.
+  /// Only planes whose normal is within `prior_angle_deg` of this direction (parallel planes).
+  std::optional<Eigen::Vector3d> parallel_to;
+  /// Only planes whose normal is perpendicular to this direction, to within `prior_angle_deg`.
+  std::optional<Eigen::Vector3d> perpendicular_to;
+  double prior_angle_deg = 10.0;
+  bool residuals = false;             ///< Fill Segmentation::residuals_m.
+  std::optional<Eigen::Vector3d> up;  ///< Up in the camera's frame, of any length; unset: estimated.
+};
+
 struct SegmentOptions {
   Method method = Method::automatic;
-  int max_planes = 1;         ///< 0: all, up to kMaxPlanes.
-  double min_support = 0.02;  ///< Smallest support of a plane, as a share of the points that are sampled.
+  std::optional<int> max_planes;      ///< 0: all, up to kMaxPlanes. Unset: see defaults_of.
+  std::optional<double> min_support;  ///< Smallest support of a plane, as a share of the points that are sampled. Unset: see
+                                      ///< defaults_of.
+  std::optional<PlaneOrder> order;    ///< Unset: see defaults_of.
   LabelsFrom labels_from = LabelsFrom::pixels;
   std::uint64_t seed = 0;
   int threads = 1;  ///< 0: all cores. Never changes the answer.
   PassThroughOptions pass_through;
   VoxelGridOptions voxel_grid;
   RansacPlaneOptions ransac;
+  SensorOptions sensor;
+  CellsOptions cells;
 };
 
+/// What SegmentOptions leaves to the method; the parts that a method consists of decide the rest (planes/methods.hpp).
+struct MethodDefaults {
+  int max_planes;
+  double min_support;
+  PlaneOrder order;
+};
+
+/// `automatic`: as `fransac`; ask for the method that runs (Segmentation::method).
+constexpr MethodDefaults defaults_of(Method method) {
+  constexpr double kCellsMinSupport = 0.002;  // some 600 pixels of 640 x 480: about nine cells of 8 x 8
+  constexpr double kPaperMinSupport = 0.02;
+  if (method == Method::cells) return {.max_planes = 0, .min_support = kCellsMinSupport, .order = PlaneOrder::area};
+  return {.max_planes = 1, .min_support = kPaperMinSupport, .order = PlaneOrder::support};
+}
+
+/// The same with everything set that `method` decides by itself.
+inline SegmentOptions with_defaults(SegmentOptions options, Method method) {
+  const MethodDefaults defaults = defaults_of(method);
+  options.max_planes = options.max_planes.value_or(defaults.max_planes);
+  options.min_support = options.min_support.value_or(defaults.min_support);
+  options.order = options.order.value_or(defaults.order);
+  return options;
+}
+
 /// What a front end needs to know of one option. `Value` is double, int, std::uint64_t, bool, an enum, or a
-/// std::optional of one of these (unset: the method decides).
+/// std::optional of one of these or of a direction, Eigen::Vector3d (unset: the method decides).
 struct OptionInfo {
-  std::string_view name;                                  ///< As on the command line, without dashes; words joined by "-".
-  std::string_view unit;                                  ///< "m", "points", … or empty.
-  std::string_view help;                                  ///< One sentence without the default, which the value itself tells.
+  std::string_view name{};                                ///< As on the command line, without dashes; words joined by "-".
+  std::string_view unit{};                                ///< "m", "points", … or empty.
+  std::string_view help{};                                ///< One sentence without the default, which the value itself tells.
   double min = -std::numeric_limits<double>::infinity();  ///< Smallest valid number.
   double max = std::numeric_limits<double>::infinity();   ///< Largest valid number.
   bool open_min = false;                                  ///< Whether `min` itself is invalid.
   bool open_max = false;                                  ///< Whether `max` itself is invalid.
+  std::string_view parameter_of{};                        ///< Not empty: written as "--parameter_of name=value".
 };
 
 /// Calls visit(info, value&) for every option; the one list of names, units, ranges and help texts.
@@ -84,6 +134,8 @@ void for_each_option(Options& o, Visitor&& visit) {
   visit(OptionInfo{"method", "", "how planes are found"}, o.method);
   visit(OptionInfo{"planes", "planes", "how many planes to peel off, or 'all'", 0, kMaxPlanes}, o.max_planes);
   visit(OptionInfo{"min-support", "share", "smallest support of a plane, as a share of the sampled points", 0, 1}, o.min_support);
+  visit(OptionInfo{"order", "", "which plane comes first: most visible square metres, or most points"}, o.order);
+  visit(OptionInfo{"min-area", "m^2", "smallest visible area of a plane", 0, kInf, false, true}, o.cells.min_area_m2);
   visit(OptionInfo{"labels-from", "", "label every pixel near a plane, or the pixels whose leaf is an inlier (the paper)"},
         o.labels_from);
   visit(OptionInfo{"seed", "", "seed of the random samples"}, o.seed);
@@ -103,6 +155,21 @@ void for_each_option(Options& o, Visitor&& visit) {
   visit(OptionInfo{"scoring", "", "compare hypotheses by inlier count or truncated squared distance"}, o.ransac.scoring);
   visit(OptionInfo{"local-optimisation", "", "refit promising hypotheses to their inliers"}, o.ransac.local_optimisation);
   visit(OptionInfo{"refine", "", "least-squares fit of the final plane to its inliers"}, o.ransac.refine);
+  visit(OptionInfo{"sensor", "", "how depth was measured, which tells cells its noise; auto: estimated from the frame"},
+        o.sensor.kind);
+  for_each_parameter(o.sensor, [&](const SensorParameter& p, auto& value) {
+    visit(OptionInfo{.name = p.name, .unit = p.unit, .help = p.help, .min = p.min, .max = p.max, .parameter_of = "sensor-param"},
+          value);
+  });
+  visit(OptionInfo{"parallel-to", "", "cells: only planes whose normal has this direction"}, o.cells.parallel_to);
+  visit(OptionInfo{"perpendicular-to", "", "cells: only planes whose normal is perpendicular to this direction"},
+        o.cells.perpendicular_to);
+  visit(
+      OptionInfo{"prior-angle", "degrees", "by how much a normal may differ from parallel-to and perpendicular-to", 0, 90, true},
+      o.cells.prior_angle_deg);
+  visit(OptionInfo{"residuals", "", "cells: keep the distance of every pixel to its plane"}, o.cells.residuals);
+  visit(OptionInfo{"up", "", "cells: up in the camera's frame, which tells floors from walls; estimated where not given"},
+        o.cells.up);
 }
 
 /// The names of an enum's values, in order of the values: {"auto", "fransac", …}. Specialised for every enum above.
@@ -110,7 +177,15 @@ template <class Enum>
 struct EnumNames;
 template <>
 struct EnumNames<Method> {
-  static constexpr std::string_view values[] = {"auto", "fransac", "voxel-ransac", "rransac", "ransac"};
+  static constexpr std::string_view values[] = {"auto", "cells", "fransac", "voxel-ransac", "rransac", "ransac"};
+};
+template <>
+struct EnumNames<PlaneOrder> {
+  static constexpr std::string_view values[] = {"area", "support"};
+};
+template <>
+struct EnumNames<SensorKind> {
+  static constexpr std::string_view values[] = {"auto", "structured-light", "stereo", "tof", "none"};
 };
 template <>
 struct EnumNames<LabelsFrom> {
@@ -134,7 +209,9 @@ constexpr std::string_view enum_name(Enum value) {
   return EnumNames<Enum>::values[static_cast<int>(value)];
 }
 
-/// Checks every range, and that the pass-through limits are in order. The message names the option.
+/// Checks every range, that the pass-through limits are in order, that the sensor's numbers mean something to its kind, and that
+/// `parallel_to`, `perpendicular_to`, `residuals` and `up` are not asked of a method other than `cells` (`automatic` is checked
+/// when the input is known). The message names the option.
 Status validate(const SegmentOptions& options);
 
 }  // namespace fransac

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -13,10 +14,21 @@
 #include "fransac/core/plane.hpp"
 #include "fransac/core/point_cloud.hpp"
 #include "fransac/core/result.hpp"
+#include "fransac/core/sensor.hpp"
 #include "fransac/planes/options.hpp"
+#include "fransac/planes/orientation.hpp"
 #include "fransac/sac/stopping.hpp"
 
 namespace fransac {
+
+template <>
+struct EnumNames<PlaneKind> {
+  static constexpr std::string_view values[] = {"unknown", "floor", "ceiling", "wall", "horizontal", "other"};
+};
+template <>
+struct EnumNames<UpSource> {
+  static constexpr std::string_view values[] = {"none", "given", "estimated"};
+};
 
 struct PlaneSegment {
   int id = 0;                    ///< Its label, from 1.
@@ -25,7 +37,12 @@ struct PlaneSegment {
   std::uint64_t support = 0;     ///< Searched points (leaves, for the voxel methods) within the threshold when it was found.
   std::uint64_t iterations = 0;  ///< Hypotheses of the search that found it.
   StopReason stop_reason = StopReason::max_iterations;  ///< Why that search ended.
-  double rms_m = 0.0;    ///< Root mean square distance of the labelled points to the plane, metres.
+  double rms_m = 0.0;                                  ///< Root mean square distance of the labelled points to the plane, metres.
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< Of the labelled points, metres (`cells`; else zero).
+  /// Of (normal, d), rank 3 (`cells`; else zero). Unaligned, so that programs built for other instruction sets agree on the
+  /// layout.
+  Eigen::Matrix<double, 4, 4, Eigen::DontAlign> covariance = Eigen::Matrix4d::Zero();
+  PlaneKind kind = PlaneKind::unknown;
   double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a
                          ///< grid on the plane.
 };
@@ -33,11 +50,13 @@ struct PlaneSegment {
 /// The stages of a segmentation, in the order of the paper's figure 2. Of a depth image no cloud is made (but for a
 /// grid of very fine leaves): pixels are deprojected and passed through within the stage that reads them, the voxel grid or
 /// else RANSAC. Of a cloud, `deproject` is the removal of points that are no measurements.
-enum class Stage { deproject, pass_through, voxel_grid, ransac, labels };
-inline constexpr int kStages = 5;
+/// `cells`, `regions` and `merge` are those of the method `cells`.
+enum class Stage { deproject, pass_through, voxel_grid, ransac, cells, regions, merge, labels };
+inline constexpr int kStages = 8;
 template <>
 struct EnumNames<Stage> {
-  static constexpr std::string_view values[] = {"deproject", "pass_through", "voxel_grid", "ransac", "labels"};
+  static constexpr std::string_view values[] = {"deproject", "pass_through", "voxel_grid", "ransac",
+                                                "cells",     "regions",      "merge",      "labels"};
 };
 
 struct Timing {
@@ -46,11 +65,16 @@ struct Timing {
 };
 
 struct Segmentation {
-  Method method = Method::fransac;   ///< The method that ran; never `automatic`.
-  int width = 0;                     ///< Of the label image; unorganised clouds: the number of points.
-  int height = 0;                    ///< 1 for unorganised clouds.
-  std::vector<std::uint8_t> labels;  ///< One per pixel or point, row by row; see core/labels.hpp.
-  std::vector<PlaneSegment> planes;  ///< Most support first; planes[i].id == i + 1.
+  Method method = Method::fransac;    ///< The method that ran; never `automatic`.
+  int width = 0;                      ///< Of the label image; unorganised clouds: the number of points.
+  int height = 0;                     ///< 1 for unorganised clouds.
+  std::vector<std::uint8_t> labels;   ///< One per pixel or point, row by row; see core/labels.hpp.
+  std::vector<float> residuals_m;     ///< On request: distance of each pixel to its label's plane, positive on the camera's side;
+                                      ///< NaN where there is none. Else empty.
+  std::optional<Eigen::Vector3d> up;  ///< Unit vector in the input's coordinates.
+  UpSource up_source = UpSource::none;
+  DepthNoise noise;                  ///< That `cells` worked with: the sensor's, or estimated.
+  std::vector<PlaneSegment> planes;  ///< In the order asked for; planes[i].id == i + 1.
 
   std::uint64_t valid_points = 0;                       ///< Measured pixels or points of the input.
   std::uint64_t sampled_points = 0;                     ///< Points that were searched: after pass-through and voxel grid.
@@ -86,7 +110,8 @@ Status segment(const DepthView& depth, const Camera& camera, const SegmentOption
                Segmentation& segmentation);
 
 /// Finds planes in a point cloud, organised or not. Points that are no measurements (not finite, or exactly (0, 0, 0); see
-/// PointCloud::measured) get label 0.
+/// PointCloud::measured) get label 0. `cells` needs an organised cloud that a pinhole camera took (filter/organised.hpp) and
+/// works on its depth image; for other clouds it is an error (unsupported), and `automatic` takes `fransac`.
 Result<Segmentation> segment(const PointCloud& cloud, const SegmentOptions& options = {});
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation);
 

@@ -52,7 +52,8 @@ struct SynthFrame {
   std::vector<std::pair<int, Plane>> true_planes;  ///< Exact coefficients per label, in the camera's frame.
 };
 
-/// "empty_room", "desk", "stairs", "corridor", "kerb", "office".
+/// "empty_room", "desk", "stairs", "corridor", "kerb", "office", "boxes" (steps of 2 to 4 cm on a desk), "hall" (a far floor,
+/// walls at several depths), "curved" (no plane at all).
 std::span<const std::string_view> scene_names();
 
 /// Renders one frame: same options, same bytes. invalid_argument for an unknown scene, a bad or too large camera or a

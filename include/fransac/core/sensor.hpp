@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How precisely a depth camera measures.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "fransac/core/camera.hpp"
+#include "fransac/core/result.hpp"
+
+namespace fransac {
+
+enum class SensorKind {
+  automatic,         ///< Noise estimated from the frame itself.
+  structured_light,  ///< Kinect v1, Xtion, PrimeSense: sigma_z grows with z^2.
+  stereo,            ///< Passive or active stereo, RealSense: sigma_z = z^2 * disparity error / (f b).
+  time_of_flight,    ///< Kinect v2, Azure Kinect, phones: constant, plus a share of the distance.
+  none,              ///< Exact or rendered depth: the step of the raw unit only.
+};
+
+/// What a user knows of the sensor. What is unset follows from the kind.
+struct SensorOptions {
+  SensorKind kind = SensorKind::automatic;
+  std::optional<double> baseline_m{};          ///< Structured light and stereo: between projector or cameras.
+  std::optional<double> disparity_error_px{};  ///< Structured light and stereo: one sigma of the disparity.
+  std::optional<double> constant_m{};          ///< Time of flight: part of sigma_z that does not depend on the distance.
+  std::optional<double> linear{};              ///< Time of flight: part of sigma_z per metre of distance.
+  std::optional<double> bias_m{};              ///< Any: by how much a plane may be bent or shifted over the image.
+};
+
+/// What a user can say of a sensor in one number.
+struct SensorParameter {
+  std::string_view name{};  ///< In words joined by "-".
+  std::string_view unit{};
+  std::string_view help{};
+  double min = 0.0;             ///< Smallest valid number.
+  double max = 0.0;             ///< Largest valid number.
+  bool triangulation = false;   ///< Means something to structured light and stereo.
+  bool time_of_flight = false;  ///< Means something to time of flight.
+  bool any = false;             ///< Means something to every kind.
+
+  [[nodiscard]] constexpr bool means_something_to(SensorKind kind) const {
+    const bool triangulates = kind == SensorKind::structured_light || kind == SensorKind::stereo;
+    return any || (triangulation && triangulates) || (time_of_flight && kind == SensorKind::time_of_flight);
+  }
+};
+
+/// Calls visit(parameter, value&) for every number of a sensor; the one list of their names, units and ranges.
+template <class Options, class Visitor>
+void for_each_parameter(Options& o, Visitor&& visit) {
+  visit(SensorParameter{.name = "baseline",
+                        .unit = "m",
+                        .help = "between projector and camera, or between two cameras",
+                        .min = 0.001,
+                        .max = 10.0,
+                        .triangulation = true},
+        o.baseline_m);
+  visit(
+      SensorParameter{
+          .name = "disparity-error", .unit = "px", .help = "one sigma of the disparity", .max = 10.0, .triangulation = true},
+      o.disparity_error_px);
+  visit(SensorParameter{.name = "constant",
+                        .unit = "m",
+                        .help = "part of one sigma of the depth at any distance",
+                        .max = 1.0,
+                        .time_of_flight = true},
+        o.constant_m);
+  visit(SensorParameter{.name = "linear",
+                        .unit = "m per m",
+                        .help = "part of one sigma of the depth per metre of distance",
+                        .max = 1.0,
+                        .time_of_flight = true},
+        o.linear);
+  visit(
+      SensorParameter{.name = "bias", .unit = "m", .help = "by how much planes may be bent or shifted", .max = 1.0, .any = true},
+      o.bias_m);
+}
+
+/// Checks every range, and that no number is given that means nothing to the kind. The message names the parameter.
+Status validate(const SensorOptions& options);
+
+/// One standard deviation of a depth z: sigma_z(z)^2 = constant^2 + (linear z)^2 + (quadratic z^2)^2.
+struct DepthNoise {
+  double constant_m = 0.0;
+  double linear = 0.0;
+  double quadratic_per_m = 0.0;
+
+  [[nodiscard]] double sigma_m(double z_m) const;
+  bool operator==(const DepthNoise&) const = default;
+};
+
+struct SensorModel {
+  SensorKind kind = SensorKind::automatic;
+  DepthNoise noise;  ///< `automatic`: the largest that is believed.
+  double bias_m = 0.0;
+
+  bool operator==(const SensorModel&) const = default;
+};
+
+/// The model of a sensor behind `camera`, whose raw unit is `metres_per_unit` (its rounding counts as noise; 0 to 1, 0 for depth
+/// in floats). invalid_argument where a number is out of range or means nothing to this kind; the message names it.
+Result<SensorModel> sensor_model(const SensorOptions& options, const Camera& camera, double metres_per_unit);
+
+}  // namespace fransac

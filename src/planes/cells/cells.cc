@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planes/cells/cells.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "filter/depth_rows.hpp"
+#include "fransac/planes/orientation.hpp"
+#include "kernels/labels.h"
+#include "planes/cells/constants.hpp"
+#include "planes/covariance.hpp"
+#include "planes/require_points.hpp"
+
+namespace fransac::cells {
+namespace {
+
+constexpr const Constants& kC = kConstants;
+
+/// (alpha, beta, gamma) of q = alpha x + beta y + gamma, x and y on the camera's image plane at z = 1, and their covariance:
+/// of independent errors of the pixels, and of slow ones that cells near each other share.
+std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid, const Camera& camera) {
+  const PlaneFit& f = region.fit;
+  const double u = camera.cx - 0.5 * grid.width;
+  const double v = camera.cy - 0.5 * grid.height;
+  const Eigen::Vector3d parameters(f.plane.du * camera.fx, f.plane.dv * camera.fy, f.plane.at(u, v));
+  const double cells = std::max(region.cells, 1);
+  // If pixels err independently, half a cell times its slopes differs from its neighbours' by this much of a pixel's sigma:
+  // a column has the variance 5.25 in a cell of 64 pixels. What is clearly more, by the 15 % to which both are known, is
+  // shared by neighbours.
+  constexpr double kIndependent = 1.15 * 0.218;
+  const double pixel = grid.noise.pixel * grid.noise.pixel;
+  const double shared = std::max(0.0, grid.noise.shown * grid.noise.shown - kIndependent * kIndependent * pixel);
+  const double variance =
+      pixel / region.moments.n + kC.slow_noise * kC.slow_noise * shared * std::min(kC.slow_cells, cells) / cells;
+  Eigen::Matrix3d about_mean = Eigen::Matrix3d::Zero();  // of du, dv, and q at the mean pixel
+  const double det = f.uu * f.vv - f.uv * f.uv;
+  about_mean << f.vv / det, -f.uv / det, 0.0, -f.uv / det, f.uu / det, 0.0, 0.0, 0.0, 1.0;
+  Eigen::Matrix3d to_parameters;
+  to_parameters << camera.fx, 0.0, 0.0, 0.0, camera.fy, 0.0, u - f.u, v - f.v, 1.0;
+  return plane_from_inverse_depth(parameters, variance * to_parameters * about_mean * to_parameters.transpose());
+}
+
+/// Angle between two directions as undirected lines, degrees.
+double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const double cosine = std::min(1.0, std::abs(a.normalized().dot(b.normalized())));
+  return std::acos(cosine) * 180.0 / std::numbers::pi;
+}
+
+bool is_wanted(const Plane& plane, const CellsOptions& options) {
+  if (options.parallel_to && angle_deg(plane.normal, *options.parallel_to) > options.prior_angle_deg) return false;
+  return !options.perpendicular_to || 90.0 - angle_deg(plane.normal, *options.perpendicular_to) <= options.prior_angle_deg;
+}
+
+/// Visible square metres, from the cells alone.
+double rough_area(const Region& region, const Plane& plane, const Camera& camera) {
+  const double z = 1.0 / region.fit.q;
+  return region.moments.n * z * z * z / (camera.fx * camera.fy * std::max(std::abs(plane.d), 1e-3));
+}
+
+/// Makes a plane of every region that can be one, numbered as they will probably be ordered, so that labels seldom change.
+void number_regions(const Grid& grid, const Camera& camera, const SegmentOptions& options, Buffers& b, Segmentation& result) {
+  b.labels.assign(b.regions.list.size(), 0);
+  b.ranked.clear();
+  const bool by_area = *options.order == PlaneOrder::area;
+  for (std::size_t g = 0; g < b.regions.list.size(); ++g) {
+    const Region& region = b.regions.list[g];
+    if (!region.alive || !(region.fit.q > 0.0)) continue;
+    const auto plane = estimate(region, grid, camera);
+    if (!plane || !is_wanted(plane->plane, options.cells)) continue;
+    PlaneSegment& segment = result.planes.emplace_back();
+    segment.id = static_cast<int>(g);  // for now
+    segment.plane = plane->plane;
+    segment.covariance = plane->covariance;
+    segment.support = static_cast<std::uint64_t>(region.moments.n);
+    segment.area_m2 = by_area ? rough_area(region, plane->plane, camera) : region.moments.n;
+  }
+  std::sort(result.planes.begin(), result.planes.end(), [](const PlaneSegment& x, const PlaneSegment& y) {
+    return x.area_m2 > y.area_m2 || (x.area_m2 == y.area_m2 && x.id < y.id);
+  });
+  if (result.planes.size() > static_cast<std::size_t>(kMaxPlanes)) result.planes.resize(static_cast<std::size_t>(kMaxPlanes));
+  for (PlaneSegment& segment : result.planes) {
+    b.ranked.push_back(static_cast<std::int16_t>(segment.id));
+    b.labels[static_cast<std::size_t>(segment.id)] = static_cast<std::uint8_t>(b.ranked.size());
+    segment.id = static_cast<int>(b.ranked.size());
+  }
+}
+
+void measure_planes(const Buffers& b, Segmentation& result) {
+  for (std::size_t i = 0; i < result.planes.size(); ++i) {
+    PlaneSegment& segment = result.planes[i];
+    const PixelEvidence& pixels = b.pixels.evidence[static_cast<std::size_t>(b.ranked[i])];
+    const auto count = static_cast<double>(pixels.count);
+    segment.inliers = pixels.count;
+    segment.area_m2 = pixels.area_m2;
+    segment.rms_m = count > 0.0 ? std::abs(segment.plane.d) * std::sqrt(pixels.squared_residual / count) : 0.0;
+    segment.centroid = count > 0.0 ? Eigen::Vector3d(pixels.sum / count) : Eigen::Vector3d::Zero();
+  }
+}
+
+/// Leaves out planes that are too small, puts the others in order, and makes the labels follow.
+void arrange(const SegmentOptions& options, Segmentation& result) {
+  const int numbered = static_cast<int>(result.planes.size());
+  const double least = std::max(1.0, *options.min_support * static_cast<double>(result.sampled_points));
+  std::erase_if(result.planes, [&](const PlaneSegment& s) {
+    return static_cast<double>(s.inliers) < least || s.area_m2 < options.cells.min_area_m2;
+  });
+  const bool by_area = *options.order == PlaneOrder::area;
+  const auto size = [&](const PlaneSegment& s) { return by_area ? s.area_m2 : static_cast<double>(s.inliers); };
+  std::sort(result.planes.begin(), result.planes.end(), [&](const PlaneSegment& x, const PlaneSegment& y) {
+    return size(x) > size(y) || (size(x) == size(y) && x.id < y.id);
+  });
+  const auto most = static_cast<std::size_t>(*options.max_planes == 0 ? kMaxPlanes : *options.max_planes);
+  if (result.planes.size() > most) result.planes.resize(most);
+
+  bool in_order = static_cast<int>(result.planes.size()) == numbered;
+  std::array<std::uint8_t, 256> label{};
+  label.fill(kLabelNoPlane);
+  label[kLabelNoDepth] = kLabelNoDepth;
+  for (std::size_t i = 0; i < result.planes.size(); ++i) {
+    PlaneSegment& segment = result.planes[i];
+    const auto next = static_cast<std::uint8_t>(i + kLabelFirst);
+    in_order = in_order && segment.id == next;
+    label[static_cast<std::size_t>(segment.id)] = next;
+    segment.id = static_cast<int>(i) + kLabelFirst;
+  }
+  if (!in_order) kernels::relabel(result.labels.data(), result.labels.size(), label.data(), numbered);
+}
+
+/// Measured pixels outside the limits are on no plane.
+template <class Raw>
+void mark_excluded(const DepthRows<Raw>& rows, DepthRowBuffer& buffer, Segmentation& result) {
+  for (int v = 0; v < rows.height(); ++v) {
+    const auto row = rows.row(v, buffer);
+    std::uint8_t* const labels = &result.labels[static_cast<std::size_t>(v) * rows.width()];
+    for (std::size_t u = 0; u < rows.width(); ++u) {
+      if (row.measured[u] != Raw{0} && row.kept[u] == Raw{0}) labels[u] = kLabelNoPlane;
+    }
+  }
+}
+
+void measure_residuals(const DepthView& depth, const Camera& camera, Segmentation& result) {
+  result.residuals_m.assign(result.labels.size(), std::numeric_limits<float>::quiet_NaN());
+  for (int v = 0; v < depth.height(); ++v) {
+    for (int u = 0; u < depth.width(); ++u) {
+      const std::size_t i = static_cast<std::size_t>(v) * static_cast<std::size_t>(depth.width()) + static_cast<std::size_t>(u);
+      const std::uint8_t label = result.labels[i];
+      if (label == kLabelNoDepth || label == kLabelNoPlane) continue;
+      const Eigen::Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0);
+      const Plane& plane = result.planes[static_cast<std::size_t>(label - kLabelFirst)].plane;
+      result.residuals_m[i] = static_cast<float>(plane.signed_distance(static_cast<double>(depth.metres(u, v)) * ray));
+    }
+  }
+}
+
+DepthNoise noise_of(const SensorModel& sensor, const Noise& noise) {
+  if (sensor.kind == SensorKind::automatic) return {.quadratic_per_m = noise.pixel};
+  return {.constant_m = sensor.noise.constant_m * noise.of_model,
+          .linear = sensor.noise.linear * noise.of_model,
+          .quadratic_per_m = sensor.noise.quadratic_per_m * noise.of_model};
+}
+
+void find_directions(const CellsOptions& options, Segmentation& result) {
+  if (options.up) {
+    result.up = options.up->normalized();
+    result.up_source = UpSource::given;
+  } else if (const auto up = estimate_up(result.planes)) {
+    result.up = *up;
+    result.up_source = UpSource::estimated;
+  }
+  if (result.up) classify(*result.up, result.planes);
+}
+
+template <class Raw>
+Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& options, const AxisLimits* limits,
+            const SensorModel& sensor, Buffers& b, StageClock& clock, Segmentation& result) {
+  const DepthRows<Raw> rows(depth, camera, limits);
+  const ImageRows<Raw> image(rows, options.threads, b.image);
+  for (int v = 0; v < rows.height(); ++v) {
+    const auto row = rows.row(v, b.image.work.front());
+    const std::uint64_t kept = rows.count(row.kept);
+    result.sampled_points += kept;
+    result.valid_points += row.kept == row.measured ? kept : rows.count(row.measured);
+  }
+  if (Status status = require_points(result.valid_points, kMeasured); !status) return status;
+  if (Status status = require_points(result.sampled_points, kWithinLimits); !status) return status;
+
+  measure_cells(image, depth, sensor, options.threads, b.grid_buffers, b.grid);
+  clock.end(Stage::cells);
+  grow_regions(b.grid, b.region_buffers, b.regions);
+  judge_regions(b.grid, camera, b.region_buffers, b.regions);
+  clock.end(Stage::regions);
+  merge_regions(b.grid, b.merge, b.regions);
+  reassign_borders(b.grid, b.reassign, b.regions);
+  clock.end(Stage::merge);
+  number_regions(b.grid, camera, options, b, result);
+  label_pixels(image, depth, camera, b.grid, b.regions, b.labels, options.threads, b.pixels, result.labels.data());
+  measure_planes(b, result);
+  arrange(options, result);
+  if (limits != nullptr) mark_excluded(rows, b.image.work.front(), result);
+  result.noise = noise_of(sensor, b.grid.noise);
+  find_directions(options.cells, result);
+  if (options.cells.residuals) measure_residuals(depth, camera, result);
+  clock.end(Stage::labels);
+  return {};
+}
+
+}  // namespace
+
+Status find_planes(const DepthView& depth, const Camera& camera, const SegmentOptions& options, const AxisLimits* limits,
+                   Buffers& buffers, StageClock& clock, Segmentation& result) {
+  // Metres in floats are rounded to nothing that matters.
+  const double step = depth.format() == DepthFormat::uint16 ? static_cast<double>(depth.metres_per_unit()) : 0.0;
+  const Result<SensorModel> sensor = sensor_model(options.sensor, camera, step);
+  if (!sensor) return sensor.error();
+  return with_raw_type(depth.format(), [&](auto raw) {
+    return find<decltype(raw)>(depth, camera, options, limits, sensor.value(), buffers, clock, result);
+  });
+}
+
+}  // namespace fransac::cells

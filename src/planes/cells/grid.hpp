@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A depth image as cells of inverse depth. On a plane q = 1/z is affine in the pixel, so a cell's least-squares fit is a plane
+/// hypothesis of its own, and its moments add up with those of other cells (docs/algorithms.md, "Cells").
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "filter/depth_rows.hpp"
+#include "fransac/core/aligned.hpp"
+#include "fransac/core/sensor.hpp"
+#include "kernels/cells.h"
+#include "planes/cells/image_rows.hpp"
+
+namespace fransac::cells {
+
+/// q = du * u + dv * v + base, per metre; u and v count pixels from the image's centre.
+struct InversePlane {
+  double du = 0.0;
+  double dv = 0.0;
+  double base = 0.0;
+
+  [[nodiscard]] double at(double u, double v) const { return du * u + dv * v + base; }
+};
+
+/// The same for tests of many cells.
+struct FloatPlane {
+  float du;
+  float dv;
+  float base;
+
+  explicit FloatPlane(const InversePlane& plane)
+      : du(static_cast<float>(plane.du)), dv(static_cast<float>(plane.dv)), base(static_cast<float>(plane.base)) {}
+};
+
+/// Sums over pixels of 1, u, v, q and their products.
+struct Moments {
+  double n = 0.0;
+  double u = 0.0;
+  double v = 0.0;
+  double q = 0.0;
+  double uu = 0.0;
+  double uv = 0.0;
+  double vv = 0.0;
+  double uq = 0.0;
+  double vq = 0.0;
+  double qq = 0.0;
+
+  Moments& operator+=(const Moments& o) {
+    n += o.n;
+    u += o.u;
+    v += o.v;
+    q += o.q;
+    uu += o.uu;
+    uv += o.uv;
+    vv += o.vv;
+    uq += o.uq;
+    vq += o.vq;
+    qq += o.qq;
+    return *this;
+  }
+  Moments& operator-=(const Moments& o) {
+    n -= o.n;
+    u -= o.u;
+    v -= o.v;
+    q -= o.q;
+    uu -= o.uu;
+    uv -= o.uv;
+    vv -= o.vv;
+    uq -= o.uq;
+    vq -= o.vq;
+    qq -= o.qq;
+    return *this;
+  }
+};
+
+/// The least-squares plane of moments.
+struct PlaneFit {
+  InversePlane plane;
+  double u = 0.0;  ///< Means.
+  double v = 0.0;
+  double q = 0.0;
+  double uu = 0.0;  ///< Mean squares and products about the means.
+  double uv = 0.0;
+  double vv = 0.0;
+  double mean_squared_residual = 0.0;
+};
+/// Nothing when the pixels lie on a line.
+std::optional<PlaneFit> fit(const Moments& moments);
+
+/// What the frame's errors are, in inverse depth, per metre, where Grid::shape is 1.
+struct Noise {
+  double pixel = 0.0;       ///< One sigma of a pixel.
+  double of_model = 1.0;    ///< The same as a multiple of the sensor's model.
+  double cell = 0.0;        ///< One sigma of a cell's mean and slopes (times half a cell) against its neighbours'.
+  double shown = 0.0;       ///< The same as the frame shows it; less than `cell` where pixels err independently.
+  double slow = 0.0;        ///< Errors that vary over many cells.
+  double bias_scale = 0.0;  ///< Lengths that stand for a sensor's bias are scaled by this.
+};
+
+/// All arrays have a border of one cell without measurements, so that every cell has neighbours.
+class Grid {
+ public:
+  int columns = 0;  ///< Without the border.
+  int rows = 0;
+  int stride = 0;
+  int width = 0;  ///< Of the image, pixels.
+  int height = 0;
+
+  AlignedVector<float> n, u, v, q, uu, uv, vv, du, dv, residual;  ///< As kernels::CellMoments; u, v from the image's centre.
+  AlignedVector<float> shape;                                     ///< The noise of this cell relative to the frame's.
+  AlignedVector<float> slack;                                     ///< Square of what a member of a region may be off, per metre.
+  AlignedVector<std::uint8_t> usable;
+  AlignedVector<std::uint8_t> links;   ///< kRight | kDown | kLeft | kUp
+  AlignedVector<std::int32_t> linked;  ///< Of one direction.
+  Noise noise;
+
+  static constexpr std::uint8_t kRight = 1;
+  static constexpr std::uint8_t kDown = 2;
+  static constexpr std::uint8_t kLeft = 4;
+  static constexpr std::uint8_t kUp = 8;
+
+  [[nodiscard]] std::size_t size() const { return n.size(); }
+  [[nodiscard]] int index(int row, int column) const { return (row + 1) * stride + column + 1; }
+  [[nodiscard]] int step(int direction) const {
+    return direction == 0 ? 1 : direction == 1 ? stride : direction == 2 ? -1 : -stride;
+  }
+
+  /// Square of k sigmas of a cell plus a length, in inverse depth.
+  [[nodiscard]] float tolerance(int cell, double k, double length_m) const {
+    const auto i = static_cast<std::size_t>(cell);
+    const float noise_part = static_cast<float>(k) * shape[i];
+    const float length_part = static_cast<float>(length_m) * q[i] * q[i];
+    return noise_part * noise_part + length_part * length_part;
+  }
+  /// How far a cell is from a plane: its mean, and its slopes over half a cell, squared.
+  struct Distance {
+    float mean;
+    float slope;
+
+    [[nodiscard]] bool within(float squared_slack) const { return mean <= squared_slack && slope <= squared_slack; }
+    [[nodiscard]] float sum() const { return mean + slope; }
+  };
+  [[nodiscard]] Distance distance(int cell, const FloatPlane& plane) const {
+    const auto i = static_cast<std::size_t>(cell);
+    const float off = q[i] - (plane.du * u[i] + plane.dv * v[i] + plane.base);
+    const float a = kHalfCell * (du[i] - plane.du);
+    const float b = kHalfCell * (dv[i] - plane.dv);
+    return {off * off, a * a + b * b};
+  }
+  [[nodiscard]] bool fits(int cell, const FloatPlane& plane) const {
+    return distance(cell, plane).within(slack[static_cast<std::size_t>(cell)]);
+  }
+  /// What a cell adds to a region.
+  [[nodiscard]] Moments moments(int cell) const {
+    const auto i = static_cast<std::size_t>(cell);
+    const auto get = [i](const AlignedVector<float>& values) { return static_cast<double>(values[i]); };
+    const double count = get(n);
+    const double mean_u = get(u);
+    const double mean_v = get(v);
+    const double mean_q = get(q);
+    const double spread_uu = get(uu);
+    const double spread_uv = get(uv);
+    const double spread_vv = get(vv);
+    const double uq_about = get(du) * spread_uu + get(dv) * spread_uv;
+    const double vq_about = get(du) * spread_uv + get(dv) * spread_vv;
+    const double qq_about = get(residual) + get(du) * uq_about + get(dv) * vq_about;
+    return {.n = count,
+            .u = count * mean_u,
+            .v = count * mean_v,
+            .q = count * mean_q,
+            .uu = count * (spread_uu + mean_u * mean_u),
+            .uv = count * (spread_uv + mean_u * mean_v),
+            .vv = count * (spread_vv + mean_v * mean_v),
+            .uq = count * (uq_about + mean_u * mean_q),
+            .vq = count * (vq_about + mean_v * mean_q),
+            .qq = count * (qq_about + mean_q * mean_q)};
+  }
+
+  static constexpr float kHalfCell = 0.5F * kernels::kCell;
+};
+
+/// Memory of measure_cells.
+struct GridBuffers {
+  AlignedVector<float> sample;
+  AlignedVector<float> least_residual;
+};
+
+/// Fills the grid: cells, noise, usable cells, links.
+template <class Raw>
+void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const SensorModel& sensor, int threads,
+                   GridBuffers& buffers, Grid& grid);
+
+}  // namespace fransac::cells

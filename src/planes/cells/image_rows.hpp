@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+/// All pixel rows of a depth image at once, in whole rows of cells.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "filter/depth_rows.hpp"
+#include "fransac/core/aligned.hpp"
+#include "fransac/core/parallel.hpp"
+#include "kernels/cells.h"
+
+namespace fransac::cells {
+
+/// Memory of ImageRows.
+struct ImageRowsBuffers {
+  AlignedVector<std::uint16_t> units;
+  AlignedVector<float> metres;
+  std::vector<const void*> rows;
+  std::vector<DepthRowBuffer> work;  ///< One per row of cells.
+
+  template <class Raw>
+  AlignedVector<Raw>& values() {
+    if constexpr (std::is_same_v<Raw, float>) {
+      return metres;
+    } else {
+      return units;
+    }
+  }
+};
+
+/// Where each pixel row is: in the image itself where it can stay there, else in a copy. Below the image are rows of zeros.
+template <class Raw>
+class ImageRows {
+ public:
+  ImageRows(const DepthRows<Raw>& rows, int threads, ImageRowsBuffers& buffers)
+      : rows_(buffers.rows), cell_rows_((rows.height() + kernels::kCell - 1) / kernels::kCell) {
+    const auto height = static_cast<std::size_t>(rows.height());
+    const std::size_t all = static_cast<std::size_t>(cell_rows_) * kernels::kCell;
+    const std::size_t width = rows.padded_width();
+    const std::size_t copied = rows.stays_in_place() ? 0 : height;
+    AlignedVector<Raw>& copy = buffers.values<Raw>();
+    copy.resize((copied + 1) * width);  // and a row of zeros
+    std::fill(copy.end() - static_cast<std::ptrdiff_t>(width), copy.end(), Raw{0});
+    rows_.assign(all, copy.data() + copied * width);
+    buffers.work.resize(std::max(buffers.work.size(), static_cast<std::size_t>(cell_rows_)));
+    if (copied == 0) {
+      for (std::size_t v = 0; v < height; ++v) rows_[v] = rows.row(static_cast<int>(v), buffers.work.front()).kept;
+      return;
+    }
+    parallel_for(threads, static_cast<std::size_t>(cell_rows_), [&](std::size_t r) {
+      DepthRowBuffer& buffer = buffers.work[r];
+      for (std::size_t v = r * kernels::kCell; v < std::min((r + 1) * kernels::kCell, height); ++v) {
+        const Raw* const kept = rows.row(static_cast<int>(v), buffer).kept;
+        std::copy(kept, kept + width, copy.data() + v * width);
+        rows_[v] = copy.data() + v * width;
+      }
+    });
+  }
+
+  [[nodiscard]] int cell_rows() const { return cell_rows_; }
+  /// The pixel rows of a row of cells.
+  [[nodiscard]] kernels::CellRows<Raw> cells(int row) const {
+    kernels::CellRows<Raw> out{};
+    for (std::size_t k = 0; k < kernels::kCell; ++k) {
+      out.rows[k] = static_cast<const Raw*>(rows_[static_cast<std::size_t>(row) * kernels::kCell + k]);
+    }
+    return out;
+  }
+
+ private:
+  std::vector<const void*>& rows_;
+  int cell_rows_;
+};
+
+/// Rows of cells of one task; fixed, so that sums over tasks do not depend on the number of threads.
+inline constexpr int kCellRowsOfTask = 4;
+
+inline std::size_t cell_row_tasks(int rows) { return static_cast<std::size_t>((rows + kCellRowsOfTask - 1) / kCellRowsOfTask); }
+
+template <class Visitor>
+void for_each_cell_row(std::size_t task, int rows, Visitor visit) {
+  const int first = static_cast<int>(task) * kCellRowsOfTask;
+  for (int row = first; row < std::min(first + kCellRowsOfTask, rows); ++row) visit(row);
+}
+
+}  // namespace fransac::cells

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planes/cells/labels.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "fransac/core/depth_image.hpp"
+#include "fransac/core/parallel.hpp"
+#include "planes/cells/constants.hpp"
+
+namespace fransac::cells {
+namespace {
+
+constexpr const Constants& kC = kConstants;
+using kernels::kCell;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// A plane as a row of cells sees it.
+kernels::CellPlane cell_plane(const InversePlane& plane, const Grid& grid, int row, std::uint8_t label) {
+  const double u = -0.5 * grid.width;
+  const double v = row * kCell - 0.5 * grid.height;
+  return {static_cast<float>(plane.at(u, v)), static_cast<float>(plane.du), static_cast<float>(plane.dv), label};
+}
+
+/// What pixels may be off: their noise and slow errors, and how flat a plane has to be.
+class Tolerance {
+ public:
+  Tolerance(const Grid& grid, AlignedVector<float>& per_cell) : grid_(grid), per_cell_(per_cell) {
+    const auto sigma = static_cast<float>(kC.pixel_k * std::hypot(grid.noise.pixel, grid.noise.slow));
+    per_cell.resize(grid.size());
+    for (std::size_t i = 0; i < grid.size(); ++i) per_cell[i] = sigma * grid.shape[i];
+    floor_m_ = static_cast<float>(std::hypot(kC.pixel_m * grid.noise.bias_scale, kC.flat_m));
+  }
+  [[nodiscard]] kernels::CellTolerance row(int row) const { return {per_cell_.data() + grid_.index(row, 0), floor_m_}; }
+
+ private:
+  const Grid& grid_;
+  const AlignedVector<float>& per_cell_;
+  float floor_m_;
+};
+
+/// Lets regions flow into neighbouring cells half of whose pixels they explain: cells at edges and holes, or with thin stripes of
+/// quantised depth.
+template <class Raw>
+class Flood {
+ public:
+  Flood(const ImageRows<Raw>& image, float metres_per_unit, const Grid& grid, const Regions& regions, const Tolerance& tolerance,
+        LabelPixelBuffers& buffers)
+      : image_(image), metres_per_unit_(metres_per_unit), grid_(grid), regions_(regions), tolerance_(tolerance), b_(buffers) {}
+
+  void run(const std::vector<std::uint8_t>& label_of_region) {
+    b_.spread = regions_.owner;
+    b_.queue.clear();
+    for (std::int16_t& owner : b_.spread) {
+      if (owner != kNobody && label_of_region[at(owner)] == 0) owner = kNobody;
+    }
+    find_uniform(grid_, b_.spread, b_.uniform);
+    for (int r = 0; r < grid_.rows; ++r) {
+      for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
+        if (b_.spread[at(i)] != kNobody && b_.uniform.uniform[at(i)] == 0) b_.queue.push_back(i);
+      }
+    }
+    for (std::size_t head = 0; head < b_.queue.size(); ++head) spread_from(b_.queue[head]);
+  }
+
+ private:
+  void spread_from(int i) {
+    const std::int16_t owner = b_.spread[at(i)];
+    const InversePlane& plane = regions_.list[at(owner)].fit.plane;
+    for (int direction = 0; direction < 4; ++direction) {
+      const int j = i + grid_.step(direction);
+      const int row = j / grid_.stride - 1;
+      const int column = j % grid_.stride - 1;
+      if (row < 0 || row >= grid_.rows || column < 0 || column >= grid_.columns || b_.spread[at(j)] != kNobody) continue;
+      // A cell that is a plane by itself must be this plane.
+      if (grid_.usable[at(j)] != 0 &&
+          !grid_.distance(j, FloatPlane(plane)).within(static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(j)]))
+        continue;
+      const auto fits = kernels::cell_kernels<Raw>().fits(image_.cells(row), at(column), metres_per_unit_,
+                                                          cell_plane(plane, grid_, row, 0), tolerance_.row(row));
+      constexpr std::uint32_t kLeast = 5;
+      if (fits.fitting < kLeast || fits.fitting < kC.flood_share * fits.measured) continue;
+      b_.spread[at(j)] = owner;
+      b_.queue.push_back(j);
+    }
+  }
+
+  const ImageRows<Raw>& image_;
+  float metres_per_unit_;
+  const Grid& grid_;
+  const Regions& regions_;
+  const Tolerance& tolerance_;
+  LabelPixelBuffers& b_;
+};
+
+/// The regions that may own pixels of a cell: those of its neighbours.
+struct Candidates {
+  std::array<std::int16_t, kernels::kMostCandidates> regions;
+  int count = 0;
+
+  void set(const AlignedVector<std::int16_t>& owner, int i, int stride) {
+    count = 0;
+    for (const int y : {i, i - stride, i + stride}) {  // the cell's own row first: of equally near planes the first wins
+      for (const int x : {y, y - 1, y + 1}) {
+        const std::int16_t region = owner[at(x)];
+        if (region != kNobody && !has(region)) regions[at(count++)] = region;
+      }
+    }
+  }
+  [[nodiscard]] bool are_only(std::int16_t region) const {
+    return region == kNobody ? count == 0 : count == 1 && regions[0] == region;
+  }
+  [[nodiscard]] bool has(std::int16_t region) const {
+    for (int k = 0; k < count; ++k) {
+      if (regions[at(k)] == region) return true;
+    }
+    return false;
+  }
+  bool operator==(const Candidates& other) const {
+    if (count != other.count) return false;
+    for (int k = 0; k < count; ++k) {
+      if (regions[at(k)] != other.regions[at(k)]) return false;
+    }
+    return true;
+  }
+};
+
+/// Labels one row of cells after the other.
+template <class Raw>
+class RowLabeller {
+ public:
+  RowLabeller(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid, const Regions& regions,
+              const std::vector<std::uint8_t>& label_of_region, const Tolerance& tolerance,
+              const AlignedVector<std::int16_t>& owner, const AlignedVector<std::uint8_t>& uniform)
+      : image_(image),
+        view_(view),
+        camera_(camera),
+        grid_(grid),
+        regions_(regions),
+        label_of_region_(label_of_region),
+        tolerance_(tolerance),
+        owner_(owner),
+        uniform_(uniform) {}
+
+  void run(int row, LabelPixelBuffers::Task& task, std::uint8_t* labels) const {
+    const auto width = at(grid_.width);
+    const bool whole = width % kCell == 0;
+    const std::size_t room = at(grid_.columns) * kCell;
+    task.rows.resize(room * kCell);
+    std::array<std::uint8_t*, kCell> out{};
+    for (int k = 0; k < kCell; ++k) {
+      const auto v = at(row * kCell + k);
+      out[at(k)] = whole && v < at(grid_.height) ? labels + v * width : task.rows.data() + at(k) * room;
+    }
+    const kernels::CellRows<Raw> pixels = image_.cells(row);
+    std::array<Candidates, 2> candidates;
+    std::size_t now = 0;
+    candidates[now].set(owner_, grid_.index(row, 0), grid_.stride);
+    for (int first = 0, end = 1; first < grid_.columns; first = end++) {
+      Candidates& next = candidates[1 - now];
+      for (; end < grid_.columns; ++end) {
+        const int i = grid_.index(row, end);
+        if (uniform_[at(i)] != 0 && candidates[now].are_only(owner_[at(i)])) continue;
+        next.set(owner_, i, grid_.stride);
+        if (!(next == candidates[now])) break;
+      }
+      label(pixels, row, first, end, candidates[now], task, out.data());
+      now = 1 - now;
+    }
+    if (whole) return;
+    for (int k = 0; k < std::min(kCell, grid_.height - row * kCell); ++k) {
+      std::memcpy(labels + at(row * kCell + k) * width, out[at(k)], width);
+    }
+  }
+
+ private:
+  void label(const kernels::CellRows<Raw>& pixels, int row, int first, int end, const Candidates& candidates,
+             LabelPixelBuffers::Task& task, std::uint8_t* const* out) const {
+    const auto& kernel = kernels::cell_kernels<Raw>();
+    const std::size_t cells = at(end - first);
+    if (candidates.count == 0) return kernel.label_none(pixels, at(first), cells, out);
+    std::array<kernels::CellPlane, kernels::kMostCandidates> planes;          // NOLINT(*-member-init): the first `count` are set
+    std::array<kernels::CellRunEvidence, kernels::kMostCandidates> evidence;  // NOLINT(*-member-init)
+    task.counts.resize(kernels::kMostCandidates * at(grid_.columns));
+    for (int k = 0; k < candidates.count; ++k) {
+      const std::int16_t region = candidates.regions[at(k)];
+      planes[at(k)] = cell_plane(regions_.list[at(region)].fit.plane, grid_, row, label_of_region_[at(region)]);
+      evidence[at(k)].count = task.counts.data() + at(k) * cells;
+    }
+    kernel.label(pixels, at(first), cells, view_.metres_per_unit(), planes.data(), at(candidates.count), tolerance_.row(row), out,
+                 evidence.data());
+    for (int k = 0; k < candidates.count; ++k) {
+      const std::int16_t region = candidates.regions[at(k)];
+      add(regions_.list[at(region)].fit.plane, row, first, evidence[at(k)], cells, task.planes[at(region)]);
+    }
+  }
+
+  /// Pixels stand for their cell's centre: it is as good as their own place for sums over many of them.
+  void add(const InversePlane& plane, int row, int first, const kernels::CellRunEvidence& evidence, std::size_t cells,
+           PixelEvidence& sum) const {
+    sum.squared_residual += static_cast<double>(evidence.squared_residual);
+    const double v = row * kCell + 0.5 * (kCell - 1);
+    const double y = (v - camera_.cy) / camera_.fy;
+    // |n / d| of the plane n . p + d = 0, whose inverse depth is -n / d . ray
+    const double a = plane.du * camera_.fx;
+    const double b = plane.dv * camera_.fy;
+    const double c = plane.at(camera_.cx - 0.5 * grid_.width, camera_.cy - 0.5 * grid_.height);
+    constexpr double kHorizon = 0.8;
+    const double footprint = std::sqrt(a * a + b * b + c * c) / (camera_.fx * camera_.fy);
+    for (std::size_t k = 0; k < cells; ++k) {
+      if (evidence.count[k] == 0) continue;
+      const double u = static_cast<double>(at(first) + k) * kCell + 0.5 * (kCell - 1);
+      // Near its horizon a plane says nothing of depth, and a cell of mixed depths does not; where they agree the plane is
+      // better.
+      const auto measured = static_cast<double>(grid_.q[at(grid_.index(row, first) + static_cast<int>(k))]);
+      const double on_plane = plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height);
+      const double q = std::max(measured > 0.0 && on_plane < kHorizon * measured ? measured : on_plane,
+                                1.0 / static_cast<double>(kMaxDepth_m));
+      const double z = 1.0 / q;
+      const auto count = static_cast<double>(evidence.count[k]);
+      sum.count += evidence.count[k];
+      sum.area_m2 += count * z * z * z * footprint;
+      sum.sum += count * z * Eigen::Vector3d((u - camera_.cx) / camera_.fx, y, 1.0);
+    }
+  }
+
+  const ImageRows<Raw>& image_;
+  const DepthView& view_;
+  const Camera& camera_;
+  const Grid& grid_;
+  const Regions& regions_;
+  const std::vector<std::uint8_t>& label_of_region_;
+  const Tolerance& tolerance_;
+  const AlignedVector<std::int16_t>& owner_;
+  const AlignedVector<std::uint8_t>& uniform_;
+};
+
+}  // namespace
+
+PixelEvidence& PixelEvidence::operator+=(const PixelEvidence& other) {
+  count += other.count;
+  squared_residual += other.squared_residual;
+  area_m2 += other.area_m2;
+  sum += other.sum;
+  return *this;
+}
+
+template <class Raw>
+void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid,
+                  const Regions& regions, const std::vector<std::uint8_t>& label_of_region, int threads,
+                  LabelPixelBuffers& buffers, std::uint8_t* labels) {
+  const Tolerance tolerance(grid, buffers.tolerance);
+  Flood<Raw>(image, view.metres_per_unit(), grid, regions, tolerance, buffers).run(label_of_region);
+  find_uniform(grid, buffers.spread, buffers.uniform);
+  const RowLabeller<Raw> labeller(image, view, camera, grid, regions, label_of_region, tolerance, buffers.spread,
+                                  buffers.uniform.uniform);
+  const std::size_t tasks = cell_row_tasks(grid.rows);
+  buffers.tasks.resize(std::max(buffers.tasks.size(), tasks));
+  parallel_for(threads, tasks, [&](std::size_t i) {
+    LabelPixelBuffers::Task& task = buffers.tasks[i];
+    task.planes.assign(regions.list.size(), {});
+    for_each_cell_row(i, grid.rows, [&](int row) { labeller.run(row, task, labels); });
+  });
+  buffers.evidence.assign(regions.list.size(), {});
+  for (std::size_t i = 0; i < tasks; ++i) {
+    for (std::size_t g = 0; g < regions.list.size(); ++g) buffers.evidence[g] += buffers.tasks[i].planes[g];
+  }
+}
+
+template void label_pixels(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const Grid&, const Regions&,
+                           const std::vector<std::uint8_t>&, int, LabelPixelBuffers&, std::uint8_t*);
+template void label_pixels(const ImageRows<float>&, const DepthView&, const Camera&, const Grid&, const Regions&,
+                           const std::vector<std::uint8_t>&, int, LabelPixelBuffers&, std::uint8_t*);
+
+}  // namespace fransac::cells

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Labels of all pixels from regions of cells.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "fransac/core/camera.hpp"
+#include "planes/cells/grid.hpp"
+#include "planes/cells/image_rows.hpp"
+#include "planes/cells/regions.hpp"
+
+namespace fransac::cells {
+
+/// What the pixels of a plane show.
+struct PixelEvidence {
+  std::uint64_t count = 0;
+  double squared_residual = 0.0;  ///< Sum of (z q - 1)^2.
+  double area_m2 = 0.0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();  ///< Of the pixels' points on the plane, metres.
+
+  PixelEvidence& operator+=(const PixelEvidence& other);
+};
+
+/// Memory of label_pixels.
+struct LabelPixelBuffers {
+  AlignedVector<std::int16_t> spread;  ///< Owners after flooding.
+  UniformBuffers uniform;
+  std::vector<std::int32_t> queue;
+  AlignedVector<float> tolerance;
+  struct Task {
+    std::vector<PixelEvidence> planes;
+    std::vector<std::uint8_t> rows;
+    std::vector<std::uint8_t> counts;
+  };
+  std::vector<Task> tasks;
+  std::vector<PixelEvidence> evidence;  ///< Per region of the list.
+};
+
+/// Labels every pixel with its region's label, `label_of_region[region]`, or 255, or 0 where nothing is kept. A region with label
+/// 0 gets nothing. `labels` is the whole image.
+template <class Raw>
+void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid,
+                  const Regions& regions, const std::vector<std::uint8_t>& label_of_region, int threads,
+                  LabelPixelBuffers& buffers, std::uint8_t* labels);
+
+}  // namespace fransac::cells

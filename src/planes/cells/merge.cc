@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planes/cells/merge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "planes/cells/constants.hpp"
+
+namespace fransac::cells {
+namespace {
+
+constexpr const Constants& kC = kConstants;
+constexpr float kApart = std::numeric_limits<float>::infinity();
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+class Merger {
+ public:
+  Merger(const Grid& grid, MergeBuffers& buffers, Regions& regions) : grid_(grid), b_(buffers), regions_(regions) {}
+
+  void run() {
+    b_.alive.clear();
+    b_.rank.assign(regions_.list.size(), kNobody);
+    for (std::size_t i = 0; i < regions_.list.size(); ++i) {
+      if (!regions_.list[i].alive) continue;
+      b_.rank[i] = static_cast<std::int16_t>(b_.alive.size());
+      b_.alive.push_back(static_cast<std::int16_t>(i));
+    }
+    b_.target.resize(b_.alive.size());
+    for (int i = 0; i < count(); ++i) b_.target[at(i)] = static_cast<std::int16_t>(i);
+    make_pairs();
+    measure_cells();
+    for (MergeBuffers::Pair& pair : b_.pairs) judge(pair);
+    merge_all();
+    for (std::int16_t& owner : regions_.owner) {
+      if (owner != kNobody) owner = b_.alive[at(root(b_.rank[at(owner)]))];
+    }
+  }
+
+ private:
+  using Pair = MergeBuffers::Pair;
+  using Border = MergeBuffers::Border;
+
+  [[nodiscard]] int count() const { return static_cast<int>(b_.alive.size()); }
+  [[nodiscard]] Region& region(int i) const { return regions_.list[at(b_.alive[at(i)])]; }
+  [[nodiscard]] Pair& pair(int a, int b) const {
+    if (a > b) std::swap(a, b);
+    return b_.pairs[at(a * (2 * count() - a - 1) / 2 + b - a - 1)];
+  }
+  [[nodiscard]] int root(int i) const {
+    while (b_.target[at(i)] != i) i = b_.target[at(i)];
+    return i;
+  }
+
+  void make_pairs() {
+    b_.pairs.clear();
+    for (int a = 0; a < count(); ++a) {
+      for (int b = a + 1; b < count(); ++b) b_.pairs.push_back({a, b, {}, kApart});
+    }
+  }
+
+  /// Errors per region, and how regions meet.
+  void measure_cells() {
+    b_.errors.assign(b_.alive.size(), {});
+    for (int r = 0; r < grid_.rows; ++r) {
+      for (int c = 0; c < grid_.columns; ++c) {
+        const int i = grid_.index(r, c);
+        if (regions_.owner[at(i)] == kNobody) continue;
+        const int mine = b_.rank[at(regions_.owner[at(i)])];
+        const auto q = static_cast<double>(grid_.q[at(i)]);
+        const auto shape = static_cast<double>(grid_.shape[at(i)]);
+        b_.errors[at(mine)].shape += shape * shape;
+        b_.errors[at(mine)].q4 += q * q * q * q;
+        look_across(i, mine, grid_.columns - 1 - c, 0);
+        look_across(i, mine, grid_.rows - 1 - r, 1);
+      }
+    }
+  }
+
+  /// The next region to the right (0) or below (1), past at most two cells of nobody: edges blur.
+  void look_across(int i, int mine, int room, int direction) {
+    constexpr int kReach = 3;
+    const int step = grid_.step(direction);
+    for (int k = 1; k <= std::min(kReach, room); ++k) {
+      const int j = i + k * step;
+      if (regions_.owner[at(j)] == kNobody) continue;
+      const int other = b_.rank[at(regions_.owner[at(j)])];
+      if (other == mine) return;
+      Border& border = pair(mine, other).border;
+      ++border.length;
+      if (is_level(i, j, region(mine).fit.plane, region(other).fit.plane)) ++border.level;
+      if (k == 1 && (grid_.links[at(i)] >> direction & 1) != 0) ++border.smooth;
+      return;
+    }
+  }
+
+  [[nodiscard]] bool is_level(int i, int j, const InversePlane& a, const InversePlane& b) const {
+    const auto difference = [&](const AlignedVector<float>& values) {
+      return static_cast<double>(values[at(j)]) - static_cast<double>(values[at(i)]);
+    };
+    const double jump = difference(grid_.q) - 0.5 * ((a.du + b.du) * difference(grid_.u) + (a.dv + b.dv) * difference(grid_.v));
+    const double shape = static_cast<double>(std::max(grid_.shape[at(i)], grid_.shape[at(j)]));
+    const double q = 0.5 * (static_cast<double>(grid_.q[at(i)]) + static_cast<double>(grid_.q[at(j)]));
+    const double noise = kC.jump_k * grid_.noise.cell * shape;
+    const double bias = kC.jump_m * grid_.noise.bias_scale * q * q;
+    return jump * jump <= noise * noise + bias * bias;
+  }
+
+  /// Square of k of the slow errors plus a length, for the cells of two regions.
+  [[nodiscard]] double tolerance(const Pair& p, double k, double length_m) const {
+    const double cells = region(p.a).cells + region(p.b).cells;
+    const double noise = k * grid_.noise.slow;
+    const double length = length_m * grid_.noise.bias_scale;
+    return (noise * noise * (b_.errors[at(p.a)].shape + b_.errors[at(p.b)].shape) +
+            length * length * (b_.errors[at(p.a)].q4 + b_.errors[at(p.b)].q4)) /
+           cells;
+  }
+
+  void judge(Pair& p) const {
+    p.rise = kApart;
+    const Region& a = region(p.a);
+    const Region& b = region(p.b);
+    const Border& border = p.border;
+    if (2 * border.level < border.length) return;
+    const Region& large = a.cells >= b.cells ? a : b;
+    const Region& small = a.cells >= b.cells ? b : a;
+    const bool meet = border.length >= std::min(3.0, 0.5 * std::sqrt(small.cells));
+    const double far = tolerance(p, kC.far_k, kC.far_m);
+    if (!meet && !predicts(large.fit, large.cells, small.fit, far)) return;
+    Moments sum = a.moments;
+    sum += b.moments;
+    const auto joint = fit(sum);
+    if (!joint) return;
+    const double rise = (joint->mean_squared_residual * sum.n - a.fit.mean_squared_residual * a.moments.n -
+                         b.fit.mean_squared_residual * b.moments.n) /
+                        std::min(a.moments.n, b.moments.n);
+    const bool smooth = 2 * border.smooth >= border.length;
+    const bool alike =
+        meet ? rise <= tolerance(p, kC.near_k, smooth ? kC.near_smooth_m : kC.near_m) : rise <= far && !is_seen_past(p, *joint);
+    if (alike) p.rise = static_cast<float>(rise);
+  }
+
+  /// Whether the large region's plane foretells the small one, as far as it can foretell anything there.
+  [[nodiscard]] bool predicts(const PlaneFit& large, int cells, const PlaneFit& small, double squared) const {
+    const double u = small.u - large.u;
+    const double v = small.v - large.v;
+    const double det = large.uu * large.vv - large.uv * large.uv;
+    const double leverage = (large.vv * u * u - 2.0 * large.uv * u * v + large.uu * v * v) / det;
+    const double slow = grid_.noise.slow * grid_.noise.slow;
+    const double variance = slow * kC.slow_cells / cells * (1.0 + leverage);
+    if (variance > slow * kC.far_prediction_k * kC.far_prediction_k) return false;
+    constexpr double kSigmas = 3.0;
+    const double off = small.q - large.plane.at(small.u, small.v);
+    if (off * off > kSigmas * kSigmas * (variance + slow)) return false;
+    const double a = small.plane.du - large.plane.du;
+    const double b = small.plane.dv - large.plane.dv;
+    return a * a * small.uu + 2.0 * a * b * small.uv + b * b * small.vv <= squared;
+  }
+
+  /// Whether the camera sees past the joint plane between the two regions: then there is a gap, and nothing that hides the plane.
+  [[nodiscard]] bool is_seen_past(const Pair& p, const PlaneFit& joint) const {
+    const PlaneFit& a = region(p.a).fit;
+    const PlaneFit& b = region(p.b).fit;
+    const double u = b.u - a.u;
+    const double v = b.v - a.v;
+    const int steps = static_cast<int>(std::max(std::abs(u), std::abs(v)) / kernels::kCell) + 1;
+    const double k = 4.0 * grid_.noise.cell;
+    constexpr double kLength_m = 0.006;
+    int between = 0;
+    int past = 0;
+    for (int t = 0; t <= steps; ++t) {
+      const double x = a.u + u * t / steps + 0.5 * grid_.width;
+      const double y = a.v + v * t / steps + 0.5 * grid_.height;
+      const int i = grid_.index(std::clamp(static_cast<int>(y) / kernels::kCell, 0, grid_.rows - 1),
+                                std::clamp(static_cast<int>(x) / kernels::kCell, 0, grid_.columns - 1));
+      const std::int16_t owner = regions_.owner[at(i)];
+      if (owner != kNobody && (root(b_.rank[at(owner)]) == p.a || root(b_.rank[at(owner)]) == p.b)) continue;
+      ++between;
+      if (!(grid_.n[at(i)] > 0.0F)) continue;
+      const double q = joint.plane.at(static_cast<double>(grid_.u[at(i)]), static_cast<double>(grid_.v[at(i)]));
+      const double slack = std::hypot(k * static_cast<double>(grid_.shape[at(i)]), kLength_m * grid_.noise.bias_scale * q * q);
+      if (static_cast<double>(grid_.q[at(i)]) < q - slack) ++past;
+    }
+    return past > kC.seen_past * between;
+  }
+
+  void merge_all() {
+    for (;;) {
+      const auto best =
+          std::min_element(b_.pairs.begin(), b_.pairs.end(), [](const Pair& x, const Pair& y) { return x.rise < y.rise; });
+      if (best == b_.pairs.end() || best->rise == kApart) return;
+      merge(best->a, best->b);
+    }
+  }
+
+  void merge(int a, int b) {
+    Region& into = region(a);
+    Region& from = region(b);
+    into.moments += from.moments;
+    into.fit = *fit(into.moments);  // judge() has seen that there is one
+    into.cells += from.cells;
+    from.alive = false;
+    b_.target[at(b)] = static_cast<std::int16_t>(a);
+    b_.errors[at(a)].shape += b_.errors[at(b)].shape;
+    b_.errors[at(a)].q4 += b_.errors[at(b)].q4;
+    pair(a, b).rise = kApart;
+    for (int other = 0; other < count(); ++other) {
+      if (other == a || other == b || !region(other).alive) continue;
+      Pair& gone = pair(b, other);
+      Pair& kept = pair(a, other);
+      kept.border.length += gone.border.length;
+      kept.border.level += gone.border.level;
+      kept.border.smooth += gone.border.smooth;
+      gone.rise = kApart;
+      judge(kept);
+    }
+  }
+
+  const Grid& grid_;
+  MergeBuffers& b_;
+  Regions& regions_;
+};
+
+}  // namespace
+
+void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
+
+namespace {
+
+/// Moves cells between regions and keeps the regions' sums.
+class Reassigner {
+ public:
+  Reassigner(const Grid& grid, ReassignBuffers& buffers, Regions& regions) : grid_(grid), b_(buffers), regions_(regions) {}
+
+  /// One pass over the cells at borders, and, for `all`, over the others as well, which may have come not to fit.
+  void run(bool all) {
+    find_uniform(grid_, regions_.owner, b_.uniform);
+    b_.changes.clear();
+    b_.planes.clear();
+    for (const Region& region : regions_.list) b_.planes.emplace_back(region.fit.plane);
+    for (int r = 0; r < grid_.rows; ++r) {
+      for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
+        if (grid_.usable[at(i)] == 0) continue;
+        const std::int16_t mine = regions_.owner[at(i)];
+        const bool uniform = b_.uniform.uniform[at(i)] != 0;
+        if (uniform && (mine == kNobody || !all)) continue;
+        const std::int16_t best = uniform ? (fits(i, mine) ? mine : kNobody) : best_of_neighbours(i);
+        if (best != mine) b_.changes.push_back({i, best});
+      }
+    }
+    apply();
+  }
+
+ private:
+  [[nodiscard]] bool fits(int i, std::int16_t region) const { return grid_.fits(i, b_.planes[at(region)]); }
+
+  [[nodiscard]] std::int16_t best_of_neighbours(int i) const {
+    std::int16_t best = kNobody;
+    std::int16_t last = kNobody;
+    float least = 0.0F;
+    for (int y = i - grid_.stride; y <= i + grid_.stride; y += grid_.stride) {
+      for (int j = y - 1; j <= y + 1; ++j) {
+        const std::int16_t region = regions_.owner[at(j)];
+        if (region == kNobody || region == last || region == best) continue;
+        last = region;
+        const Grid::Distance distance = grid_.distance(i, b_.planes[at(region)]);
+        if (!distance.within(grid_.slack[at(i)]) || (best != kNobody && distance.sum() >= least)) continue;
+        best = region;
+        least = distance.sum();
+      }
+    }
+    return best;
+  }
+
+  void apply() {
+    b_.changed.assign(regions_.list.size(), 0);
+    for (const ReassignBuffers::Change& change : b_.changes) {
+      std::int16_t& owner = regions_.owner[at(change.cell)];
+      const Moments moments = grid_.moments(change.cell);
+      if (owner != kNobody) {
+        regions_.list[at(owner)].moments -= moments;
+        --regions_.list[at(owner)].cells;
+        b_.changed[at(owner)] = 1;
+      }
+      owner = change.owner;
+      if (owner != kNobody) {
+        regions_.list[at(owner)].moments += moments;
+        ++regions_.list[at(owner)].cells;
+        b_.changed[at(owner)] = 1;
+      }
+    }
+    bool any_gone = false;
+    for (std::size_t g = 0; g < regions_.list.size(); ++g) {
+      Region& region = regions_.list[g];
+      if (b_.changed[g] == 0 || !region.alive) continue;
+      const auto again = fit(region.moments);
+      region.alive = region.cells > 0 && again.has_value();
+      any_gone = any_gone || !region.alive;
+      if (again) region.fit = *again;
+    }
+    if (!any_gone) return;
+    for (std::int16_t& owner : regions_.owner) {
+      if (owner != kNobody && !regions_.list[at(owner)].alive) owner = kNobody;
+    }
+  }
+
+  const Grid& grid_;
+  ReassignBuffers& b_;
+  Regions& regions_;
+};
+
+}  // namespace
+
+void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions) {
+  Reassigner reassigner(grid, buffers, regions);
+  reassigner.run(true);
+  reassigner.run(false);
+}
+
+}  // namespace fransac::cells

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Merging of regions that the noise cannot tell apart, and of only those.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "planes/cells/grid.hpp"
+#include "planes/cells/regions.hpp"
+
+namespace fransac::cells {
+
+/// Memory of merge_regions.
+struct MergeBuffers {
+  /// How two regions meet.
+  struct Border {
+    std::int32_t length = 0;  ///< Pairs of cells, at most two other cells apart.
+    std::int32_t level = 0;   ///< Of them without a jump between the two planes.
+    std::int32_t smooth = 0;  ///< Of them linked.
+  };
+  struct Pair {
+    std::int32_t a;
+    std::int32_t b;
+    Border border;
+    float rise;  ///< Mean squared residual that merging would add to the smaller one; kApart where they stay apart.
+  };
+  std::vector<std::int16_t> alive;  ///< Index into Regions::list.
+  std::vector<std::int16_t> rank;   ///< Index into `alive`.
+  std::vector<Pair> pairs;          ///< a < b, row by row of the upper triangle.
+  struct Error {
+    double shape = 0.0;  ///< Sum of squares over cells.
+    double q4 = 0.0;     ///< Sum of q^4.
+  };
+  std::vector<Error> errors;
+  std::vector<std::int16_t> target;
+};
+
+/// Merges, the most alike first. Merged regions are no longer alive; owners and fits are those of the union.
+void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions);
+
+/// Memory of reassign_borders.
+struct ReassignBuffers {
+  struct Change {
+    std::int32_t cell;
+    std::int16_t owner;
+  };
+  UniformBuffers uniform;
+  std::vector<Change> changes;
+  std::vector<FloatPlane> planes;     ///< Per region.
+  std::vector<std::uint8_t> changed;  ///< Per region.
+};
+
+/// Gives cells at the border of regions to the plane they fit best, and fits again, twice.
+void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions);
+
+}  // namespace fransac::cells
