@@ -8,37 +8,43 @@
 
 namespace fransac::cells {
 
+// clang-format off
 /// X(name, value). Lengths in metres; factors k of a noise in standard deviations of it.
-#define FRANSAC_CELLS_CONSTANTS(X)                                                                                               \
-  /* Half a cell: with fewer pixels slopes are noise. */                                                                         \
-  X(least_measured, 32)                                                                                                          \
-  /* Noise: quantiles low enough to come from flat cells in a cluttered frame. */                                                \
-  X(noise_quantile, 0.30)                                                                                                        \
-  /* 30 % quantile of a flat cell's rms to sigma, measured on Kinect v1, RealSense and rendered frames: 1.1 to 1.3. */           \
-  X(noise_gain, 1.2)                                                                                                             \
-  /* Dark or shiny surfaces are noisier than the frame, at most this often. */                                                   \
-  X(local_noise, 2.0)                                                                                                            \
-  /* Slow errors (lens, disparity waves) against cell-to-cell noise: Kinect v1 and Xtion 1.2 to 2, RealSense 3. */               \
-  X(slow_noise, 2.0)                                                                                                             \
-  /* Kinect v1 bends planes by 1 to 2 cm at the image's border; scaled with the noise for other sensors, but not below. */       \
-  X(bias_m, 0.010)                                                                                                               \
-  X(least_bias_scale, 0.05)                     /* What people call flat. */                                                     \
-      X(flat_m, 0.003) X(flat_in_cell_m, 0.001) /* Usable cells: residual within noise, depth known to 5 cm. */                  \
-      X(usable_k, 2.0) X(usable_m, 0.002)                                                                                        \
-          X(most_sigma_m, 0.05) /* Neighbouring cells are linked without a jump and without a bend. */                           \
-      X(jump_k, 2.5) X(jump_m, 0.002) X(bend_k, 2.0) X(bend_m, 0.001) /* Regions: tolerance of a member, when to refit. */       \
-      X(grow_k, 4.0) X(grow_ratio, 1.5) X(least_cells, 9)                                                                        \
-          X(least_cells_of_small_seed, 5) /* A region with less evidence, in nats, is chance. */                                 \
-      X(least_evidence, 72)               /* Curved: a radius below this, by two sigma, and a sag that is more than noise. */    \
-      X(curved_radius_m, 0.7) X(curved_wide, 2.0) X(curved_k, 0.35) X(curved_m, 0.002)                                           \
-          X(curved_noise, 0.6) /* A patch of a curved surface: so much of its border goes on smoothly, bending by less than      \
-                                  about ten degrees. */                                                                          \
-      X(smooth_share, 0.7)                                                                                                       \
-          X(slight_bend, 0.17) /* Merging neighbours without a jump; the wider one where the surface is smooth. */               \
-      X(near_k, 3.5) X(near_m, 0.002) X(near_smooth_m, 0.012) /* Merging across what hides them: residual, prediction,           \
-                                                                 correlation length of slow errors in cells, share seen past. */ \
-      X(far_k, 2.5) X(far_m, 0.002) X(far_prediction_k, 8.0) X(slow_cells, 36) X(seen_past, 0.2) /* Pixels. */                   \
-      X(pixel_k, 2.2) X(pixel_m, 0.008) X(flood_share, 0.5) X(flood_k, 1.5)
+#define FRANSAC_CELLS_CONSTANTS(X)                                                                                              \
+  /* Half a cell: with fewer pixels slopes are noise. */                                                                        \
+  X(least_measured, 32)                                                                                                         \
+  /* Noise: quantiles low enough to come from flat cells in a cluttered frame. */                                               \
+  X(noise_quantile, 0.30)                                                                                                       \
+  /* 30 % quantile of a flat cell's rms to sigma, measured on Kinect v1, RealSense and rendered frames: 1.1 to 1.3. */          \
+  X(noise_gain, 1.2)                                                                                                            \
+  /* Dark or shiny surfaces are noisier than the frame, at most this often. */                                                  \
+  X(local_noise, 2.0)                                                                                                           \
+  /* Slow errors (lens, disparity waves) against cell-to-cell noise: Kinect v1 and Xtion 1.2 to 2, RealSense 3. */              \
+  X(slow_noise, 2.0)                                                                                                            \
+  /* Kinect v1 bends planes by 1 to 2 cm at the image's border; scaled with the noise for other sensors, but not below. */      \
+  X(bias_m, 0.010) X(least_bias_scale, 0.05)                                                                                    \
+  /* What people call flat. */                                                                                                  \
+  X(flat_m, 0.003) X(flat_in_cell_m, 0.001)                                                                                     \
+  /* Usable cells: residual within noise, depth known to 5 cm. */                                                               \
+  X(usable_k, 2.0) X(usable_m, 0.002) X(most_sigma_m, 0.05)                                                                     \
+  /* Neighbouring cells are linked without a jump and without a bend. */                                                        \
+  X(jump_k, 2.5) X(jump_m, 0.002) X(bend_k, 2.0) X(bend_m, 0.001)                                                               \
+  /* Regions: tolerance of a member, when to refit. */                                                                          \
+  X(grow_k, 4.0) X(grow_ratio, 1.5)                                                                                             \
+  X(least_cells, 9) X(least_cells_of_small_seed, 5)                                                                             \
+  /* A region with less evidence, in nats, is chance. */                                                                        \
+  X(least_evidence, 72)                                                                                                         \
+  /* Curved: a radius below this, by two sigma, and a sag that is more than noise. */                                           \
+  X(curved_radius_m, 0.7) X(curved_wide, 2.0) X(curved_k, 0.35) X(curved_m, 0.002) X(curved_noise, 0.6)                                             \
+  /* A patch of a curved surface: so much of its border goes on smoothly, bending by less than about ten degrees. */           \
+  X(smooth_share, 0.7) X(slight_bend, 0.17)                                                                                     \
+  /* Merging neighbours without a jump; the wider one where the surface is smooth. */                                           \
+  X(near_k, 3.5) X(near_m, 0.002) X(near_smooth_m, 0.012)                                                                       \
+  /* Merging across what hides them: residual, prediction, correlation length of slow errors in cells, share seen past. */      \
+  X(far_k, 2.5) X(far_m, 0.002) X(far_prediction_k, 8.0) X(slow_cells, 36) X(seen_past, 0.2)                                    \
+  /* Pixels. */                                                                                                                 \
+  X(pixel_k, 2.2) X(pixel_m, 0.008) X(flood_share, 0.5) X(flood_k, 1.5)
+// clang-format on
 
 struct Constants {
 #define FRANSAC_CELLS_MEMBER(name, value) double name = value;

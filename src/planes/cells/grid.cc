@@ -99,7 +99,7 @@ void for_each_sampled(const Grid& grid, Visitor visit) {
   }
 }
 
-constexpr float kFull = kCell * kCell - kCell / 2;  // a few pixels may be missing
+constexpr float kFull = kCell * kCell - 4;  // a few pixels may be missing
 
 /// One sigma of `values` against the mean of a cell's two neighbours, from its 30 % quantile; a plane has none.
 double second_difference(const Grid& grid, const AlignedVector<float>& values, AlignedVector<float>& sample) {
