@@ -405,7 +405,7 @@ Status segment_organised(const PointCloud& cloud, const SegmentOptions& options,
   Timing before;
   StageClock clock(before);
   OrganisedDepth& organised = workspace.impl().organised;
-  const Status found = organised_depth(cloud, organised);
+  Status found = organised_depth(cloud, organised);
   clock.end(Stage::deproject);
   if (found) {
     const DepthView depth = organised.view();
