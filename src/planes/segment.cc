@@ -16,6 +16,7 @@
 #include "planes/depth_data.hpp"
 #include "planes/labelling.hpp"
 #include "planes/methods.hpp"
+#include "planes/renumber.hpp"
 #include "planes/require_points.hpp"
 #include "planes/stage_clock.hpp"
 
@@ -195,21 +196,10 @@ Status peel_planes(Peeler& peeler, const SegmentOptions& options, Workspace::Imp
 
 /// Leaves out planes that are too small and brings the others into the order asked for, once areas are known.
 void arrange(const SegmentOptions& options, Segmentation& s) {
-  const std::size_t planes = s.planes.size();
+  const auto numbered = static_cast<int>(s.planes.size());
   std::erase_if(s.planes, [&](const PlaneSegment& plane) { return plane.area_m2 < options.cells.min_area_m2; });
   sort_planes(*options.order, s.planes);
-  std::array<std::uint8_t, 256> new_label{};
-  new_label.fill(kLabelNoPlane);
-  new_label[kLabelNoDepth] = kLabelNoDepth;
-  bool changed = s.planes.size() < planes;
-  for (std::size_t i = 0; i < s.planes.size(); ++i) {
-    const int id = static_cast<int>(i) + kLabelFirst;
-    changed = changed || s.planes[i].id != id;
-    new_label[static_cast<std::size_t>(s.planes[i].id)] = static_cast<std::uint8_t>(id);
-    s.planes[i].id = id;
-  }
-  if (!changed) return;
-  for (std::uint8_t& label : s.labels) label = new_label[label];
+  renumber(numbered, s);
 }
 
 /// What a run does, once options, method and kind of input have been put together.

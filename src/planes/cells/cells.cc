@@ -2,7 +2,6 @@
 #include "planes/cells/cells.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -10,9 +9,9 @@
 
 #include "filter/depth_rows.hpp"
 #include "fransac/planes/orientation.hpp"
-#include "kernels/labels.h"
 #include "planes/cells/constants.hpp"
 #include "planes/covariance.hpp"
+#include "planes/renumber.hpp"
 #include "planes/require_points.hpp"
 
 namespace fransac::cells {
@@ -115,19 +114,7 @@ void arrange(const SegmentOptions& options, Segmentation& result) {
   });
   const auto most = static_cast<std::size_t>(*options.max_planes == 0 ? kMaxPlanes : *options.max_planes);
   if (result.planes.size() > most) result.planes.resize(most);
-
-  bool in_order = static_cast<int>(result.planes.size()) == numbered;
-  std::array<std::uint8_t, 256> label{};
-  label.fill(kLabelNoPlane);
-  label[kLabelNoDepth] = kLabelNoDepth;
-  for (std::size_t i = 0; i < result.planes.size(); ++i) {
-    PlaneSegment& segment = result.planes[i];
-    const auto next = static_cast<std::uint8_t>(i + kLabelFirst);
-    in_order = in_order && segment.id == next;
-    label[static_cast<std::size_t>(segment.id)] = next;
-    segment.id = static_cast<int>(i) + kLabelFirst;
-  }
-  if (!in_order) kernels::relabel(result.labels.data(), result.labels.size(), label.data(), numbered);
+  renumber(numbered, result);
 }
 
 /// Measured pixels outside the limits are on no plane.

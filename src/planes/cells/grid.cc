@@ -5,19 +5,15 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 
 #include "fransac/core/parallel.hpp"
 #include "planes/cells/constants.hpp"
-#include "planes/cells/image_rows.hpp"
 
 namespace fransac::cells {
 namespace {
 
 constexpr const Constants& kC = kConstants;
 using kernels::kCell;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 void resize(int width, int height, Grid& grid) {
   grid.width = width;
@@ -32,7 +28,6 @@ void resize(int width, int height, Grid& grid) {
   }
   grid.usable.resize(size);
   grid.links.resize(size);
-  grid.linked.resize(size);
 }
 
 /// Makes the cells around the image ones without measurements.
@@ -214,7 +209,7 @@ void find_usable(Grid& grid) {
 }
 
 /// Which cells and their neighbours `step` further lie on one smooth surface: the links to there and back.
-void find_links(Grid& grid, int step, std::uint8_t there, std::uint8_t back) {
+void find_links(int step, std::uint8_t there, std::uint8_t back, GridBuffers& buffers, Grid& grid) {
   const auto jump_k = static_cast<float>(kC.jump_k * grid.noise.cell);
   const auto jump_m = static_cast<float>(kC.jump_m * grid.noise.bias_scale);
   const auto bend_k = static_cast<float>(kC.bend_k * grid.noise.cell);
@@ -226,7 +221,8 @@ void find_links(Grid& grid, int step, std::uint8_t there, std::uint8_t back) {
   const float* const __restrict dv = grid.dv.data();
   const float* const __restrict shape = grid.shape.data();
   const std::uint8_t* const __restrict usable = grid.usable.data();
-  std::int32_t* const __restrict linked = grid.linked.data();
+  buffers.linked.resize(grid.size());
+  std::int32_t* const __restrict linked = buffers.linked.data();
   const std::ptrdiff_t first = grid.index(0, 0);
   const std::ptrdiff_t end = grid.index(grid.rows - 1, grid.columns);
   for (std::ptrdiff_t i = first; i < end; ++i) {
@@ -284,9 +280,8 @@ void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Sen
   add_local_noise(buffers, grid);
   find_usable(grid);
   std::fill(grid.links.begin(), grid.links.end(), std::uint8_t{0});
-  std::fill(grid.linked.begin(), grid.linked.end(), 0);
-  find_links(grid, 1, Grid::kRight, Grid::kLeft);
-  find_links(grid, grid.stride, Grid::kDown, Grid::kUp);
+  find_links(1, Grid::kRight, Grid::kLeft, buffers, grid);
+  find_links(grid.stride, Grid::kDown, Grid::kUp, buffers, grid);
 }
 
 template void measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const SensorModel&, int, GridBuffers&, Grid&);

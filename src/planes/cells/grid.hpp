@@ -15,6 +15,9 @@
 
 namespace fransac::cells {
 
+/// An index of any kind, for arrays.
+inline std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
 /// q = du * u + dv * v + base, per metre; u and v count pixels from the image's centre.
 struct InversePlane {
   double du = 0.0;
@@ -112,8 +115,7 @@ class Grid {
   AlignedVector<float> shape;                                     ///< The noise of this cell relative to the frame's.
   AlignedVector<float> slack;                                     ///< Square of what a member of a region may be off, per metre.
   AlignedVector<std::uint8_t> usable;
-  AlignedVector<std::uint8_t> links;   ///< kRight | kDown | kLeft | kUp
-  AlignedVector<std::int32_t> linked;  ///< Of one direction.
+  AlignedVector<std::uint8_t> links;  ///< kRight | kDown | kLeft | kUp
   Noise noise;
 
   static constexpr std::uint8_t kRight = 1;
@@ -185,6 +187,7 @@ class Grid {
 struct GridBuffers {
   AlignedVector<float> sample;
   AlignedVector<float> least_residual;
+  AlignedVector<std::int32_t> linked;  ///< In one direction.
 };
 
 /// Fills the grid: cells, noise, usable cells, links.

@@ -35,22 +35,21 @@ struct ImageRowsBuffers {
 template <class Raw>
 class ImageRows {
  public:
-  ImageRows(const DepthRows<Raw>& rows, int threads, ImageRowsBuffers& buffers)
-      : rows_(buffers.rows), cell_rows_((rows.height() + kernels::kCell - 1) / kernels::kCell) {
+  ImageRows(const DepthRows<Raw>& rows, int threads, ImageRowsBuffers& buffers) : rows_(buffers.rows) {
     const auto height = static_cast<std::size_t>(rows.height());
-    const std::size_t all = static_cast<std::size_t>(cell_rows_) * kernels::kCell;
+    const std::size_t cell_rows = (height + kernels::kCell - 1) / kernels::kCell;
     const std::size_t width = rows.padded_width();
     const std::size_t copied = rows.stays_in_place() ? 0 : height;
     AlignedVector<Raw>& copy = buffers.values<Raw>();
     copy.resize((copied + 1) * width);  // and a row of zeros
     std::fill(copy.end() - static_cast<std::ptrdiff_t>(width), copy.end(), Raw{0});
-    rows_.assign(all, copy.data() + copied * width);
-    buffers.work.resize(std::max(buffers.work.size(), static_cast<std::size_t>(cell_rows_)));
+    rows_.assign(cell_rows * kernels::kCell, copy.data() + copied * width);
+    buffers.work.resize(std::max(buffers.work.size(), cell_rows));
     if (copied == 0) {
       for (std::size_t v = 0; v < height; ++v) rows_[v] = rows.row(static_cast<int>(v), buffers.work.front()).kept;
       return;
     }
-    parallel_for(threads, static_cast<std::size_t>(cell_rows_), [&](std::size_t r) {
+    parallel_for(threads, cell_rows, [&](std::size_t r) {
       DepthRowBuffer& buffer = buffers.work[r];
       for (std::size_t v = r * kernels::kCell; v < std::min((r + 1) * kernels::kCell, height); ++v) {
         const Raw* const kept = rows.row(static_cast<int>(v), buffer).kept;
@@ -60,7 +59,6 @@ class ImageRows {
     });
   }
 
-  [[nodiscard]] int cell_rows() const { return cell_rows_; }
   /// The pixel rows of a row of cells.
   [[nodiscard]] kernels::CellRows<Raw> cells(int row) const {
     kernels::CellRows<Raw> out{};
@@ -72,7 +70,6 @@ class ImageRows {
 
  private:
   std::vector<const void*>& rows_;
-  int cell_rows_;
 };
 
 /// Rows of cells of one task; fixed, so that sums over tasks do not depend on the number of threads.

@@ -16,8 +16,6 @@ namespace {
 constexpr const Constants& kC = kConstants;
 using kernels::kCell;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 /// A plane as a row of cells sees it.
 kernels::CellPlane cell_plane(const InversePlane& plane, const Grid& grid, int row, std::uint8_t label) {
   const double u = -0.5 * grid.width;

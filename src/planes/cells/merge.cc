@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "planes/cells/constants.hpp"
@@ -13,8 +12,6 @@ namespace {
 
 constexpr const Constants& kC = kConstants;
 constexpr float kApart = std::numeric_limits<float>::infinity();
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 class Merger {
  public:
@@ -223,12 +220,6 @@ class Merger {
   Regions& regions_;
 };
 
-}  // namespace
-
-void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
-
-namespace {
-
 /// Moves cells between regions and keeps the regions' sums.
 class Reassigner {
  public:
@@ -300,10 +291,7 @@ class Reassigner {
       any_gone = any_gone || !region.alive;
       if (again) region.fit = *again;
     }
-    if (!any_gone) return;
-    for (std::int16_t& owner : regions_.owner) {
-      if (owner != kNobody && !regions_.list[at(owner)].alive) owner = kNobody;
-    }
+    if (any_gone) release_cells(regions_);
   }
 
   const Grid& grid_;
@@ -312,6 +300,8 @@ class Reassigner {
 };
 
 }  // namespace
+
+void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
 
 void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions) {
   Reassigner reassigner(grid, buffers, regions);

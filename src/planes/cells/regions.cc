@@ -30,8 +30,6 @@ namespace {
 
 constexpr const Constants& kC = kConstants;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 /// A block of cells that a region starts from.
 struct SeedBlock {
   int rows;
@@ -281,9 +279,7 @@ class Judge {
       region.alive = evidence(region, shape) >= kC.least_evidence && shape.smooth <= kC.smooth_share * shape.border &&
                      !is_curved(region, shape);
     }
-    for (std::int16_t& owner : regions_.owner) {
-      if (owner != kNobody && !regions_.list[at(owner)].alive) owner = kNobody;
-    }
+    release_cells(regions_);
   }
 
  private:
@@ -410,6 +406,12 @@ class Judge {
 };
 
 }  // namespace
+
+void release_cells(Regions& regions) {
+  for (std::int16_t& owner : regions.owner) {
+    if (owner != kNobody && !regions.list[at(owner)].alive) owner = kNobody;
+  }
+}
 
 void find_uniform(const Grid& grid, const AlignedVector<std::int16_t>& owner, UniformBuffers& buffers) {
   buffers.row.resize(grid.size());

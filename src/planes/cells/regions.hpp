@@ -26,6 +26,9 @@ struct Regions {
   AlignedVector<std::int16_t> owner;  ///< Per cell of the grid: index into the list, or kNobody.
 };
 
+/// Makes cells of regions that are no longer alive nobody's.
+void release_cells(Regions& regions);
+
 /// Memory of grow_regions.
 struct RegionBuffers {
   AlignedVector<Moments> moments;    ///< Of usable cells; each is asked for several times.
