@@ -264,20 +264,24 @@ HWY_INLINE void FitPlanes(std::size_t cell, float least, Batch& batch, const Cel
   hn::StoreU(hn::IfThenElseZero(fits, dv), d, out.dv + cell);
 }
 
-/// Moments of `cells` cells, at most a batch; `out` has room for a batch.
+/// Moments of `cells` cells, at most a batch, and the number of their measurements; `out` has room for a batch.
 template <class Raw>
-void MomentsOfBatch(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, float units_per_metre, float least,
-                    const CellMoments& out) {
+std::size_t MomentsOfBatch(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, float units_per_metre, float least,
+                           const CellMoments& out) {
   const FloatTag d;
   Batch batch;
   if (cells < Batch::kCells) batch = {};
+  std::size_t measured = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const std::size_t column = (first + cell) * kSide;
     if (IsFull(rows, column)) {
+      measured += kSide * kSide;
       SetAllPositions(cell, batch);
       SumInverseDepths<true>(rows, column, units_per_metre, cell, batch);
     } else {
-      SetPositions(MeasuredBits(rows, column), cell, batch);
+      const std::uint64_t bits = MeasuredBits(rows, column);
+      measured += hwy::PopCount(bits);
+      SetPositions(bits, cell, batch);
       SumInverseDepths<false>(rows, column, units_per_metre, cell, batch);
     }
   }
@@ -294,6 +298,7 @@ void MomentsOfBatch(const CellRows<Raw>& rows, std::size_t first, std::size_t ce
     const Float residual = hn::Div(SumParts(batch.residual_parts + cell), n);
     hn::StoreU(hn::IfThenElse(hn::Gt(n, hn::Zero(d)), residual, hn::Set(d, kNoFit)), d, out.mean_squared_residual + cell);
   }
+  return measured;
 }
 
 HWY_INLINE CellMoments From(const CellMoments& m, std::size_t cell) {
@@ -302,21 +307,23 @@ HWY_INLINE CellMoments From(const CellMoments& m, std::size_t cell) {
 }
 
 template <class Raw>
-void Moments(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit, float least, const CellMoments& out) {
+std::size_t Moments(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit, float least, const CellMoments& out) {
   const float units_per_metre = 1.0F / metres_per_unit;
   std::size_t first = 0;
+  std::size_t measured = 0;
   for (; first + Batch::kCells <= cells; first += Batch::kCells) {
-    MomentsOfBatch(rows, first, Batch::kCells, units_per_metre, least, From(out, first));
+    measured += MomentsOfBatch(rows, first, Batch::kCells, units_per_metre, least, From(out, first));
   }
-  if (first == cells) return;
+  if (first == cells) return measured;
   constexpr std::size_t kFields = 10;
   float rest[kFields][Batch::kCells];
-  MomentsOfBatch(rows, first, cells - first, units_per_metre, least,
-                 {rest[0], rest[1], rest[2], rest[3], rest[4], rest[5], rest[6], rest[7], rest[8], rest[9]});
+  measured += MomentsOfBatch(rows, first, cells - first, units_per_metre, least,
+                             {rest[0], rest[1], rest[2], rest[3], rest[4], rest[5], rest[6], rest[7], rest[8], rest[9]});
   const CellMoments tail = From(out, first);
   float* const fields[kFields] = {tail.n,  tail.u,  tail.v,  tail.q,  tail.uu,
                                   tail.uv, tail.vv, tail.du, tail.dv, tail.mean_squared_residual};
   for (std::size_t i = 0; i < kFields; ++i) std::copy_n(rest[i], cells - first, fields[i]);
+  return measured;
 }
 
 // ---- labels ----
@@ -452,8 +459,15 @@ void Label(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, floa
 
 template <class Raw>
 void LabelNone(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, std::uint8_t* const* labels) {
-  for (std::size_t column = first * kSide; column < (first + cells) * kSide; column += kSide) {
-    StoreLabels(MeasuredBits(rows, column), nullptr, nullptr, 0, labels, column);
+  const RawTag<Raw> d;
+  const hn::RebindToSigned<RawTag<Raw> > di;
+  const hn::Rebind<std::int8_t, RawTag<Raw> > d8;
+  for (std::size_t v = 0; v < kSide; ++v) {
+    auto* const row = reinterpret_cast<std::int8_t*>(labels[v]);  // NOLINT: all bits set is 255
+    for (std::size_t u = first * kSide; u < (first + cells) * kSide; u += hn::Lanes(d)) {
+      const auto measured = hn::Ne(hn::LoadU(d, rows.rows[v] + u), hn::Zero(d));
+      hn::StoreU(hn::DemoteTo(d8, hn::BitCast(di, hn::VecFromMask(d, measured))), d8, row + u);
+    }
   }
 }
 

@@ -69,8 +69,9 @@ inline constexpr std::size_t kMostCandidates = 9;
 
 template <class Raw>
 struct CellKernels {
-  /// Moments and planes of `cells` cells.
-  void (*moments)(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit, float least, const CellMoments& out);
+  /// Moments and planes of `cells` cells; how many measurements they have, those of cells without a plane too.
+  std::size_t (*moments)(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit, float least,
+                         const CellMoments& out);
   /// Labels the cells [first, first + cells), which have the same candidates, 1 to kMostCandidates: 0 where nothing was measured,
   /// the label of the plane with the smallest |z q - 1| it belongs to (of equal ones the first), or 255. `labels` are the image's
   /// rows of labels, each with room for whole cells. `evidence` has one entry per candidate; counts start at `first`.

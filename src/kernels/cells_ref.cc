@@ -22,7 +22,8 @@ void for_each_measurement(const CellRows<Raw>& rows, std::size_t cell, float met
 }
 
 template <class Raw>
-void moments(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit, float least, const CellMoments& out) {
+std::size_t moments(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit, float least, const CellMoments& out) {
+  std::size_t measured = 0;
   for (std::size_t c = 0; c < cells; ++c) {
     double n = 0.0;
     double sum_u = 0.0;
@@ -35,6 +36,7 @@ void moments(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit
       sum_v += v - kCentre;
       sum_q += 1.0 / z;
     });
+    measured += static_cast<std::size_t>(n);
     out.n[c] = out.u[c] = out.v[c] = out.q[c] = out.uu[c] = out.uv[c] = out.vv[c] = out.du[c] = out.dv[c] = 0.0F;
     out.mean_squared_residual[c] = kNoFit;
     if (n < static_cast<double>(least) || n == 0.0 || !(sum_q / n < static_cast<double>(kMostInverseDepth))) continue;
@@ -70,6 +72,7 @@ void moments(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit
     out.dv[c] = static_cast<float>(dv);
     out.mean_squared_residual[c] = static_cast<float>(std::max(0.0, qq - du * uq - dv * vq));
   }
+  return measured;
 }
 
 double residual(const CellPlane& plane, std::size_t u, int v, double z) {

@@ -166,19 +166,15 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
             const SensorModel& sensor, Buffers& b, StageClock& clock, Segmentation& result) {
   const DepthRows<Raw> rows(depth, camera, limits);
   const ImageRows<Raw> image(rows, options.threads, b.image);
-  for (int v = 0; v < rows.height(); ++v) {
-    const auto row = rows.row(v, b.image.work.front());
-    const std::uint64_t kept = rows.count(row.kept);
-    result.sampled_points += kept;
-    result.valid_points += row.kept == row.measured ? kept : rows.count(row.measured);
+  result.sampled_points = measure_cells(image, depth, camera, sensor, options.threads, b.grid_buffers, b.grid);
+  result.valid_points = limits == nullptr ? result.sampled_points : 0;
+  for (int v = 0; limits != nullptr && v < rows.height(); ++v) {
+    result.valid_points += rows.count(rows.row(v, b.image.work.front()).measured);
   }
   if (Status status = require_points(result.valid_points, kMeasured); !status) return status;
   if (Status status = require_points(result.sampled_points, kWithinLimits); !status) return status;
-
-  measure_cells(image, depth, sensor, options.threads, b.grid_buffers, b.grid);
   clock.end(Stage::cells);
-  grow_regions(b.grid, b.region_buffers, b.regions);
-  judge_regions(b.grid, camera, b.region_buffers, b.regions);
+  grow_regions(b.grid, camera, b.region_buffers, b.regions);
   clock.end(Stage::regions);
   merge_regions(b.grid, b.merge, b.regions);
   reassign_borders(b.grid, b.reassign, b.regions);

@@ -29,8 +29,8 @@ namespace fransac::cells {
   X(usable_k, 2.0) X(usable_m, 0.002) X(most_sigma_m, 0.05)                                                                     \
   /* Neighbouring cells are linked without a jump and without a bend. */                                                        \
   X(jump_k, 2.5) X(jump_m, 0.002) X(bend_k, 2.0) X(bend_m, 0.001)                                                               \
-  /* Regions: tolerance of a member, when to refit. */                                                                          \
-  X(grow_k, 4.0) X(grow_ratio, 1.5)                                                                                             \
+  /* Regions: tolerance of a member; how many times further than its cells a plane is trusted. */                               \
+  X(grow_k, 4.0) X(grow_reach, 2.0)                                                                                             \
   X(least_cells, 9) X(least_cells_of_small_seed, 5)                                                                             \
   /* A region with less evidence, in nats, is chance. */                                                                        \
   X(least_evidence, 72)                                                                                                         \

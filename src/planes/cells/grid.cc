@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "fransac/core/parallel.hpp"
 #include "planes/cells/constants.hpp"
@@ -24,10 +25,13 @@ void resize(int width, int height, Grid& grid) {
   const std::size_t size = at(grid.stride) * at(grid.rows + 2);
   for (auto* values : {&grid.n, &grid.u, &grid.v, &grid.q, &grid.uu, &grid.uv, &grid.vv, &grid.du, &grid.dv, &grid.residual,
                        &grid.shape, &grid.slack}) {
-    values->resize(size);
+    values->resize(size + Grid::kPadding);
+    std::fill_n(values->begin() + static_cast<std::ptrdiff_t>(size), Grid::kPadding, 0.0F);
   }
   grid.usable.resize(size);
-  grid.links.resize(size);
+  grid.words = kernels::words_of(at(grid.columns));
+  for (auto* set : {&grid.usable_set, &grid.links.right, &grid.links.down, &grid.smooth.right, &grid.smooth.down})
+    set->resize(at(grid.rows) * grid.words);
 }
 
 /// Makes the cells around the image ones without measurements.
@@ -47,14 +51,16 @@ void clear_border(Grid& grid) {
   }
 }
 
+/// Returns how many pixels were measured.
 template <class Raw>
-void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Grid& grid) {
+std::size_t measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Grid& grid) {
   const int first = grid.index(row, 0);
   const auto from = [&](AlignedVector<float>& values) { return values.data() + first; };
   const kernels::CellMoments out{from(grid.n),  from(grid.u),  from(grid.v),  from(grid.q),  from(grid.uu),
                                  from(grid.uv), from(grid.vv), from(grid.du), from(grid.dv), from(grid.residual)};
   const auto cells = static_cast<std::size_t>(grid.columns);
-  kernels::cell_kernels<Raw>().moments(image.cells(row), cells, metres_per_unit, static_cast<float>(kC.least_measured), out);
+  const std::size_t measured =
+      kernels::cell_kernels<Raw>().moments(image.cells(row), cells, metres_per_unit, static_cast<float>(kC.least_measured), out);
   // From the cell's centre to the image's.
   const float half = 0.5F * (kCell - 1);
   const float base_v = static_cast<float>(row * kCell) + half - 0.5F * static_cast<float>(grid.height);
@@ -63,48 +69,48 @@ void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Gr
     out.u[c] += base_u + static_cast<float>(c) * kCell;
     out.v[c] += base_v;
   }
+  return measured;
 }
 
-/// The value below which a share of the sample lies; 0 without a sample. Values are not negative. Reorders the sample.
-float quantile(AlignedVector<float>& sample, double share) {
-  if (sample.empty()) return 0.0F;
-  auto rank = static_cast<std::size_t>(share * static_cast<double>(sample.size() - 1));
-  // The bits of floats are in the order of their values: count by the leading ones, then look only at those of one count.
+/// The value below which a share of a sample lies; 0 without one. Values are not negative.
+float quantile(const AlignedVector<float>& sample, double share) {
+  // The bits of floats are in the order of their values: counted by the leading ones, steps of an eighth, and between evenly.
   constexpr int kDropped = 20;
-  std::array<std::uint32_t, std::size_t{1} << (32 - kDropped - 1)> counts{};
   const auto leading = [](float value) { return std::bit_cast<std::uint32_t>(value) >> kDropped; };
+  std::array<std::uint32_t, std::size_t{1} << (32 - kDropped - 1)> counts{};
   for (const float value : sample) ++counts[leading(value)];
+  const std::uint32_t none = leading(kernels::kNone);
+  const auto size = std::accumulate(counts.begin(), counts.begin() + none, std::uint32_t{0});
+  if (size == 0) return 0.0F;
+  double rank = share * static_cast<double>(size - 1);
   std::uint32_t bin = 0;
-  for (; rank >= counts[bin]; ++bin) rank -= counts[bin];
-  const auto end = std::partition(sample.begin(), sample.end(), [&](float value) { return leading(value) == bin; });
-  const auto nth = sample.begin() + static_cast<std::ptrdiff_t>(rank);
-  std::nth_element(sample.begin(), nth, end);
-  return *nth;
+  for (; rank >= static_cast<double>(counts[bin]); ++bin) rank -= static_cast<double>(counts[bin]);
+  const float low = std::bit_cast<float>(bin << kDropped);
+  const float high = std::bit_cast<float>((bin + 1) << kDropped);
+  return low + (high - low) * static_cast<float>((rank + 0.5) / static_cast<double>(counts[bin]));
 }
 
-/// Calls visit(cell) for cells that a sample is taken from: all, or of large images every so many, some thousands.
+/// Calls visit(first cell) for rows that a sample is taken from: all, or of large images every so many, some thousands of cells.
 template <class Visitor>
-void for_each_sampled(const Grid& grid, Visitor visit) {
+void for_each_sampled_row(const Grid& grid, Visitor visit) {
   constexpr int kEnough = 4800;
-  int stride = 1;
-  while (grid.columns * grid.rows / (stride * stride) > kEnough) ++stride;
-  for (int r = 0; r < grid.rows; r += stride) {
-    // Shifted from row to row, so that rows and columns of the scene are not seen in step.
-    for (int c = (r / stride) % stride; c < grid.columns; c += stride) visit(grid.index(r, c));
-  }
+  const int step = std::max(1, grid.columns * grid.rows / kEnough);
+  for (int r = 0; r < grid.rows; r += step) visit(grid.index(r, 0));
 }
 
 constexpr float kFull = kCell * kCell - 4;  // a few pixels may be missing
 
-/// One sigma of `values` against the mean of a cell's two neighbours, from its 30 % quantile; a plane has none.
+/// One sigma of `values` against the mean of a cell's two neighbours, in its row and in its column, from the 30 % quantile; a
+/// plane has none.
 double second_difference(const Grid& grid, const AlignedVector<float>& values, AlignedVector<float>& sample) {
   sample.clear();
-  bool across = false;
-  for_each_sampled(grid, [&](int i) {
-    across = !across;
-    const int step = across ? 1 : grid.stride;
-    if (grid.n[at(i)] < kFull || grid.n[at(i - step)] < kFull || grid.n[at(i + step)] < kFull) return;
-    sample.push_back(std::abs(values[at(i)] - 0.5F * (values[at(i - step)] + values[at(i + step)])) / grid.shape[at(i)]);
+  for_each_sampled_row(grid, [&](int first) {
+    for (const int step : {1, grid.stride}) {
+      const std::size_t size = sample.size();
+      sample.resize(size + at(grid.columns));
+      kernels::measure_differences(&grid.n[at(first)], &values[at(first)], &grid.shape[at(first)], at(grid.columns), step, kFull,
+                                   &sample[size]);
+    }
   });
   // |x| of a normal x with sigma 1 is below 0.3853 in 30 % of all cases; the difference of three values has variance 1.5.
   constexpr double kToSigma = 1.0 / (0.3853 * 1.2247);
@@ -140,12 +146,15 @@ double set_shape(const SensorModel& sensor, Grid& grid) {
 Noise estimate_noise(const SensorModel& sensor, double unit, GridBuffers& buffers, const Grid& grid) {
   AlignedVector<float>& sample = buffers.sample;
   sample.clear();
-  for_each_sampled(grid, [&](int i) {
-    if (grid.n[at(i)] >= kFull) sample.push_back(std::sqrt(grid.residual[at(i)]) / grid.shape[at(i)]);
+  for_each_sampled_row(grid, [&](int first) {
+    for (std::size_t i = at(first); i < at(first + grid.columns); ++i) {
+      const float scaled = grid.residual[i] / (grid.shape[i] * grid.shape[i]);
+      sample.push_back(grid.n[i] >= kFull ? scaled : kernels::kNone);
+    }
   });
   const bool known = sensor.kind != SensorKind::automatic;
   Noise noise;
-  noise.pixel = std::clamp(kC.noise_gain * static_cast<double>(quantile(sample, kC.noise_quantile)),
+  noise.pixel = std::clamp(kC.noise_gain * std::sqrt(static_cast<double>(quantile(sample, kC.noise_quantile))),
                            known ? 0.25 * unit : kLeastSigma, (known ? 2.0 : 4.0) * unit);
   noise.of_model = noise.pixel / unit;
   const double mean = second_difference(grid, grid.q, sample);
@@ -208,40 +217,57 @@ void find_usable(Grid& grid) {
   }
 }
 
-/// Which cells and their neighbours `step` further lie on one smooth surface: the links to there and back.
-void find_links(int step, std::uint8_t there, std::uint8_t back, GridBuffers& buffers, Grid& grid) {
-  const auto jump_k = static_cast<float>(kC.jump_k * grid.noise.cell);
-  const auto jump_m = static_cast<float>(kC.jump_m * grid.noise.bias_scale);
-  const auto bend_k = static_cast<float>(kC.bend_k * grid.noise.cell);
-  const auto bend_m = static_cast<float>(kC.bend_m * grid.noise.bias_scale);
-  const float* const __restrict u = grid.u.data();
-  const float* const __restrict v = grid.v.data();
-  const float* const __restrict q = grid.q.data();
-  const float* const __restrict du = grid.du.data();
-  const float* const __restrict dv = grid.dv.data();
-  const float* const __restrict shape = grid.shape.data();
-  const std::uint8_t* const __restrict usable = grid.usable.data();
-  buffers.linked.resize(grid.size());
-  std::int32_t* const __restrict linked = buffers.linked.data();
-  const std::ptrdiff_t first = grid.index(0, 0);
-  const std::ptrdiff_t end = grid.index(grid.rows - 1, grid.columns);
-  for (std::ptrdiff_t i = first; i < end; ++i) {
-    const std::ptrdiff_t j = i + step;
-    const float jump = q[j] - q[i] - 0.5F * ((du[i] + du[j]) * (u[j] - u[i]) + (dv[i] + dv[j]) * (v[j] - v[i]));
-    const float x = Grid::kHalfCell * (du[j] - du[i]);
-    const float y = Grid::kHalfCell * (dv[j] - dv[i]);
-    const float noise = std::max(shape[i], shape[j]);
-    const float mean = 0.5F * (q[i] + q[j]);
-    const float squared_noise = noise * noise;
-    const float fourth = mean * mean * mean * mean;
-    const bool level = jump * jump <= jump_k * jump_k * squared_noise + jump_m * jump_m * fourth;
-    const bool straight = x * x + y * y <= bend_k * bend_k * squared_noise + bend_m * bend_m * fourth;
-    linked[i] = static_cast<std::int32_t>(level) & static_cast<std::int32_t>(straight);
+/// A row's bytes, 0 or 1, as a set.
+void pack(const std::uint8_t* bytes, std::size_t cells, std::uint64_t* set) {
+  std::fill_n(set, kernels::words_of(cells), std::uint64_t{0});
+  for (std::size_t i = 0; i < cells; ++i) {
+    set[i / kernels::kWordBits] |= static_cast<std::uint64_t>(bytes[i]) << (i % kernels::kWordBits);
   }
-  for (std::ptrdiff_t i = first; i < end; ++i) linked[i] &= usable[i] & usable[i + step];
-  std::uint8_t* const __restrict links = grid.links.data();
-  for (std::ptrdiff_t i = first; i < end; ++i) links[i] |= static_cast<std::uint8_t>(linked[i] * there);
-  for (std::ptrdiff_t i = first; i < end; ++i) links[i + step] |= static_cast<std::uint8_t>(linked[i] * back);
+}
+
+/// Which neighbouring usable cells lie on one surface.
+void find_links(const Grid& grid, const kernels::CellLinkLimits& limits, Grid::Links& links) {
+  for (int r = 0; r < grid.rows; ++r) {
+    const int i = grid.index(r, 0);
+    const float* const shape = &grid.shape[at(i)];
+    kernels::find_links(grid.arrays(i), shape, at(grid.columns), 1, limits, &links.right[at(r) * grid.words]);
+    kernels::find_links(grid.arrays(i), shape, at(grid.columns), grid.stride, limits, &links.down[at(r) * grid.words]);
+  }
+  const std::vector<std::uint64_t>& usable = grid.usable_set;
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    const bool ends = (i + 1) % grid.words == 0;
+    const std::uint64_t next = usable[i] >> 1 | (ends ? 0 : usable[i + 1] << (kernels::kWordBits - 1));
+    const std::uint64_t below = i + grid.words < usable.size() ? usable[i + grid.words] : 0;
+    links.right[i] &= usable[i] & next;
+    links.down[i] &= usable[i] & below;
+  }
+}
+
+void find_links(const Camera& camera, Grid& grid) {
+  const auto square = [](double x) { return static_cast<float>(x * x); };
+  for (int r = 0; r < grid.rows; ++r) {
+    pack(&grid.usable[at(grid.index(r, 0))], at(grid.columns), &grid.usable_set[at(r) * grid.words]);
+  }
+  const float jump_noise = square(kC.jump_k * grid.noise.cell);
+  find_links(grid,
+             {.jump_noise = jump_noise,
+              .jump_m = square(kC.jump_m * grid.noise.bias_scale),
+              .slope_u = Grid::kHalfCell,
+              .slope_v = Grid::kHalfCell,
+              .bend_noise = square(kC.bend_k * grid.noise.cell),
+              .bend_m = square(kC.bend_m * grid.noise.bias_scale),
+              .bend_rad = 0.0F},
+             grid.links);
+  // A plane's slope in depth over the image plane at z = 1 is its slope in q over q.
+  find_links(grid,
+             {.jump_noise = jump_noise,
+              .jump_m = square(kC.jump_m),
+              .slope_u = static_cast<float>(camera.fx),
+              .slope_v = static_cast<float>(camera.fy),
+              .bend_noise = square(kC.bend_k * grid.noise.cell * camera.fx / static_cast<double>(Grid::kHalfCell)),
+              .bend_m = 0.0F,
+              .bend_rad = square(kC.slight_bend)},
+             grid.smooth);
 }
 
 }  // namespace
@@ -268,23 +294,26 @@ std::optional<PlaneFit> fit(const Moments& m) {
 }
 
 template <class Raw>
-void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const SensorModel& sensor, int threads,
-                   GridBuffers& buffers, Grid& grid) {
+std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const SensorModel& sensor,
+                          int threads, GridBuffers& buffers, Grid& grid) {
   resize(view.width(), view.height(), grid);
   clear_border(grid);
+  buffers.measured.resize(at(grid.rows));
   parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) {
-    for_each_cell_row(task, grid.rows, [&](int row) { measure_row(image, row, view.metres_per_unit(), grid); });
+    for_each_cell_row(task, grid.rows,
+                      [&](int row) { buffers.measured[at(row)] = measure_row(image, row, view.metres_per_unit(), grid); });
   });
   const double unit = set_shape(sensor, grid);
   grid.noise = estimate_noise(sensor, unit, buffers, grid);
   add_local_noise(buffers, grid);
   find_usable(grid);
-  std::fill(grid.links.begin(), grid.links.end(), std::uint8_t{0});
-  find_links(1, Grid::kRight, Grid::kLeft, buffers, grid);
-  find_links(grid.stride, Grid::kDown, Grid::kUp, buffers, grid);
+  find_links(camera, grid);
+  return std::accumulate(buffers.measured.begin(), buffers.measured.end(), std::size_t{0});
 }
 
-template void measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const SensorModel&, int, GridBuffers&, Grid&);
-template void measure_cells(const ImageRows<float>&, const DepthView&, const SensorModel&, int, GridBuffers&, Grid&);
+template std::size_t measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const SensorModel&, int,
+                                   GridBuffers&, Grid&);
+template std::size_t measure_cells(const ImageRows<float>&, const DepthView&, const Camera&, const SensorModel&, int,
+                                   GridBuffers&, Grid&);
 
 }  // namespace fransac::cells

@@ -6,10 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "filter/depth_rows.hpp"
 #include "fransac/core/aligned.hpp"
+#include "fransac/core/camera.hpp"
 #include "fransac/core/sensor.hpp"
+#include "kernels/cell_sets.h"
 #include "kernels/cells.h"
 #include "planes/cells/image_rows.hpp"
 
@@ -115,18 +118,46 @@ class Grid {
   AlignedVector<float> shape;                                     ///< The noise of this cell relative to the frame's.
   AlignedVector<float> slack;                                     ///< Square of what a member of a region may be off, per metre.
   AlignedVector<std::uint8_t> usable;
-  AlignedVector<std::uint8_t> links;  ///< kRight | kDown | kLeft | kUp
+  // Sets of cells without the border: a bit each, rows of `words` words.
+  std::size_t words = 0;
+  std::vector<std::uint64_t> usable_set;
+  /// Usable cells that something joins to the next on the right, and to the one below.
+  struct Links {
+    std::vector<std::uint64_t> right;
+    std::vector<std::uint64_t> down;
+  };
+  Links links;   ///< No jump and no bend: one plane, as far as two cells can tell.
+  Links smooth;  ///< No jump and a slight bend: one surface.
   Noise noise;
 
-  static constexpr std::uint8_t kRight = 1;
-  static constexpr std::uint8_t kDown = 2;
-  static constexpr std::uint8_t kLeft = 4;
-  static constexpr std::uint8_t kUp = 8;
-
-  [[nodiscard]] std::size_t size() const { return n.size(); }
+  /// Kernels read whole vectors; arrays are that much longer than size().
+  static constexpr std::size_t kPadding = 64;
+  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows + 2); }
   [[nodiscard]] int index(int row, int column) const { return (row + 1) * stride + column + 1; }
   [[nodiscard]] int step(int direction) const {
     return direction == 0 ? 1 : direction == 1 ? stride : direction == 2 ? -1 : -stride;
+  }
+
+  /// Whether a cell and the next on the right (0) or below (1) lie on one smooth surface.
+  [[nodiscard]] bool is_linked(int row, int column, int direction) const {
+    const std::uint64_t* const set = direction == 0 ? links.right.data() : links.down.data();
+    return (set[static_cast<std::size_t>(row) * words + static_cast<std::size_t>(column / kernels::kWordBits)] >>
+                (column % kernels::kWordBits) &
+            1U) != 0;
+  }
+  /// For kernels: the arrays from a cell on.
+  [[nodiscard]] kernels::CellArrays arrays(int cell) const {
+    return {n.data() + cell,
+            u.data() + cell,
+            v.data() + cell,
+            q.data() + cell,
+            uu.data() + cell,
+            uv.data() + cell,
+            vv.data() + cell,
+            du.data() + cell,
+            dv.data() + cell,
+            residual.data() + cell,
+            stride};
   }
 
   /// Square of k sigmas of a cell plus a length, in inverse depth.
@@ -142,7 +173,6 @@ class Grid {
     float slope;
 
     [[nodiscard]] bool within(float squared_slack) const { return mean <= squared_slack && slope <= squared_slack; }
-    [[nodiscard]] float sum() const { return mean + slope; }
   };
   [[nodiscard]] Distance distance(int cell, const FloatPlane& plane) const {
     const auto i = static_cast<std::size_t>(cell);
@@ -151,48 +181,19 @@ class Grid {
     const float b = kHalfCell * (dv[i] - plane.dv);
     return {off * off, a * a + b * b};
   }
-  [[nodiscard]] bool fits(int cell, const FloatPlane& plane) const {
-    return distance(cell, plane).within(slack[static_cast<std::size_t>(cell)]);
-  }
-  /// What a cell adds to a region.
-  [[nodiscard]] Moments moments(int cell) const {
-    const auto i = static_cast<std::size_t>(cell);
-    const auto get = [i](const AlignedVector<float>& values) { return static_cast<double>(values[i]); };
-    const double count = get(n);
-    const double mean_u = get(u);
-    const double mean_v = get(v);
-    const double mean_q = get(q);
-    const double spread_uu = get(uu);
-    const double spread_uv = get(uv);
-    const double spread_vv = get(vv);
-    const double uq_about = get(du) * spread_uu + get(dv) * spread_uv;
-    const double vq_about = get(du) * spread_uv + get(dv) * spread_vv;
-    const double qq_about = get(residual) + get(du) * uq_about + get(dv) * vq_about;
-    return {.n = count,
-            .u = count * mean_u,
-            .v = count * mean_v,
-            .q = count * mean_q,
-            .uu = count * (spread_uu + mean_u * mean_u),
-            .uv = count * (spread_uv + mean_u * mean_v),
-            .vv = count * (spread_vv + mean_v * mean_v),
-            .uq = count * (uq_about + mean_u * mean_q),
-            .vq = count * (vq_about + mean_v * mean_q),
-            .qq = count * (qq_about + mean_q * mean_q)};
-  }
-
   static constexpr float kHalfCell = 0.5F * kernels::kCell;
 };
 
 /// Memory of measure_cells.
 struct GridBuffers {
-  AlignedVector<float> sample;
+  AlignedVector<float> sample;        ///< Some are kernels::kNone.
+  std::vector<std::size_t> measured;  ///< Per row of cells.
   AlignedVector<float> least_residual;
-  AlignedVector<std::int32_t> linked;  ///< In one direction.
 };
 
-/// Fills the grid: cells, noise, usable cells, links.
+/// Fills the grid: cells, noise, usable cells, links. Returns how many pixels were measured.
 template <class Raw>
-void measure_cells(const ImageRows<Raw>& image, const DepthView& view, const SensorModel& sensor, int threads,
-                   GridBuffers& buffers, Grid& grid);
+std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const SensorModel& sensor,
+                          int threads, GridBuffers& buffers, Grid& grid);
 
 }  // namespace fransac::cells

@@ -70,9 +70,10 @@ class Flood {
     const InversePlane& plane = regions_.list[at(owner)].fit.plane;
     for (int direction = 0; direction < 4; ++direction) {
       const int j = i + grid_.step(direction);
+      if (b_.spread[at(j)] != kNobody) continue;
       const int row = j / grid_.stride - 1;
       const int column = j % grid_.stride - 1;
-      if (row < 0 || row >= grid_.rows || column < 0 || column >= grid_.columns || b_.spread[at(j)] != kNobody) continue;
+      if (row < 0 || row >= grid_.rows || column < 0 || column >= grid_.columns) continue;
       // A cell that is a plane by itself must be this plane.
       if (grid_.usable[at(j)] != 0 &&
           !grid_.distance(j, FloatPlane(plane)).within(static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(j)]))
@@ -101,10 +102,13 @@ struct Candidates {
 
   void set(const AlignedVector<std::int16_t>& owner, int i, int stride) {
     count = 0;
+    std::int16_t last = kNobody;                       // neighbours are mostly the same
     for (const int y : {i, i - stride, i + stride}) {  // the cell's own row first: of equally near planes the first wins
       for (const int x : {y, y - 1, y + 1}) {
         const std::int16_t region = owner[at(x)];
-        if (region != kNobody && !has(region)) regions[at(count++)] = region;
+        if (region == kNobody || region == last) continue;
+        last = region;
+        if (!has(region)) regions[at(count++)] = region;
       }
     }
   }
@@ -182,7 +186,7 @@ class RowLabeller {
     if (candidates.count == 0) return kernel.label_none(pixels, at(first), cells, out);
     std::array<kernels::CellPlane, kernels::kMostCandidates> planes;          // NOLINT(*-member-init): the first `count` are set
     std::array<kernels::CellRunEvidence, kernels::kMostCandidates> evidence;  // NOLINT(*-member-init)
-    task.counts.resize(kernels::kMostCandidates * at(grid_.columns));
+    task.counts.resize(kernels::kMostCandidates * at(grid_.columns) + Grid::kPadding);
     for (int k = 0; k < candidates.count; ++k) {
       const std::int16_t region = candidates.regions[at(k)];
       planes[at(k)] = cell_plane(regions_.list[at(region)].fit.plane, grid_, row, label_of_region_[at(region)]);
@@ -192,37 +196,29 @@ class RowLabeller {
                  evidence.data());
     for (int k = 0; k < candidates.count; ++k) {
       const std::int16_t region = candidates.regions[at(k)];
-      add(regions_.list[at(region)].fit.plane, row, first, evidence[at(k)], cells, task.planes[at(region)]);
+      add(regions_.list[at(region)].fit.plane, row, at(first), evidence[at(k)], cells, task.planes[at(region)]);
     }
   }
 
-  /// Pixels stand for their cell's centre: it is as good as their own place for sums over many of them.
-  void add(const InversePlane& plane, int row, int first, const kernels::CellRunEvidence& evidence, std::size_t cells,
+  /// A cell's centre stands for its pixels: it is as good as their own places for sums over many of them.
+  void add(const InversePlane& plane, int row, std::size_t first, const kernels::CellRunEvidence& evidence, std::size_t cells,
            PixelEvidence& sum) const {
     sum.squared_residual += static_cast<double>(evidence.squared_residual);
+    const double u = static_cast<double>(first) * kCell + 0.5 * (kCell - 1);
     const double v = row * kCell + 0.5 * (kCell - 1);
-    const double y = (v - camera_.cy) / camera_.fy;
+    const auto on_plane = static_cast<float>(plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height));
+    const kernels::PixelSums pixels = kernels::sum_pixels(evidence.count, &grid_.q[at(grid_.index(row, static_cast<int>(first)))],
+                                                          cells, on_plane, static_cast<float>(plane.du), 1.0F / kMaxDepth_m);
     // |n / d| of the plane n . p + d = 0, whose inverse depth is -n / d . ray
     const double a = plane.du * camera_.fx;
     const double b = plane.dv * camera_.fy;
     const double c = plane.at(camera_.cx - 0.5 * grid_.width, camera_.cy - 0.5 * grid_.height);
-    constexpr double kHorizon = 0.8;
     const double footprint = std::sqrt(a * a + b * b + c * c) / (camera_.fx * camera_.fy);
-    for (std::size_t k = 0; k < cells; ++k) {
-      if (evidence.count[k] == 0) continue;
-      const double u = static_cast<double>(at(first) + k) * kCell + 0.5 * (kCell - 1);
-      // Near its horizon a plane says nothing of depth, and a cell of mixed depths does not; where they agree the plane is
-      // better.
-      const auto measured = static_cast<double>(grid_.q[at(grid_.index(row, first) + static_cast<int>(k))]);
-      const double on_plane = plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height);
-      const double q = std::max(measured > 0.0 && on_plane < kHorizon * measured ? measured : on_plane,
-                                1.0 / static_cast<double>(kMaxDepth_m));
-      const double z = 1.0 / q;
-      const auto count = static_cast<double>(evidence.count[k]);
-      sum.count += evidence.count[k];
-      sum.area_m2 += count * z * z * z * footprint;
-      sum.sum += count * z * Eigen::Vector3d((u - camera_.cx) / camera_.fx, y, 1.0);
-    }
+    const auto z = static_cast<double>(pixels.z);
+    sum.count += static_cast<std::uint64_t>(pixels.n);
+    sum.area_m2 += static_cast<double>(pixels.zzz) * footprint;
+    sum.sum += Eigen::Vector3d((static_cast<double>(pixels.zu) + z * (u - camera_.cx)) / camera_.fx,
+                               z * (v - camera_.cy) / camera_.fy, z);
   }
 
   const ImageRows<Raw>& image_;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "planes/cells/constants.hpp"
+#include "planes/cells/spread.hpp"
 
 namespace fransac::cells {
 namespace {
@@ -70,14 +71,14 @@ class Merger {
         const auto shape = static_cast<double>(grid_.shape[at(i)]);
         b_.errors[at(mine)].shape += shape * shape;
         b_.errors[at(mine)].q4 += q * q * q * q;
-        look_across(i, mine, grid_.columns - 1 - c, 0);
-        look_across(i, mine, grid_.rows - 1 - r, 1);
+        look_across(i, mine, grid_.columns - 1 - c, 0, grid_.is_linked(r, c, 0));
+        look_across(i, mine, grid_.rows - 1 - r, 1, grid_.is_linked(r, c, 1));
       }
     }
   }
 
   /// The next region to the right (0) or below (1), past at most two cells of nobody: edges blur.
-  void look_across(int i, int mine, int room, int direction) {
+  void look_across(int i, int mine, int room, int direction, bool linked) {
     constexpr int kReach = 3;
     const int step = grid_.step(direction);
     for (int k = 1; k <= std::min(kReach, room); ++k) {
@@ -88,7 +89,7 @@ class Merger {
       Border& border = pair(mine, other).border;
       ++border.length;
       if (is_level(i, j, region(mine).fit.plane, region(other).fit.plane)) ++border.level;
-      if (k == 1 && (grid_.links[at(i)] >> direction & 1) != 0) ++border.smooth;
+      if (k == 1 && linked) ++border.smooth;
       return;
     }
   }
@@ -220,83 +221,102 @@ class Merger {
   Regions& regions_;
 };
 
-/// Moves cells between regions and keeps the regions' sums.
+/// Gives cells to the regions they fit best.
 class Reassigner {
  public:
-  Reassigner(const Grid& grid, ReassignBuffers& buffers, Regions& regions) : grid_(grid), b_(buffers), regions_(regions) {}
+  Reassigner(const Grid& grid, ReassignBuffers& buffers, Regions& regions)
+      : grid_(grid), b_(buffers), regions_(regions), words_(grid.words), size_(at(grid.rows) * words_) {
+    make_sets();
+  }
 
-  /// One pass over the cells at borders, and, for `all`, over the others as well, which may have come not to fit.
-  void run(bool all) {
-    find_uniform(grid_, regions_.owner, b_.uniform);
-    b_.changes.clear();
-    b_.planes.clear();
-    for (const Region& region : regions_.list) b_.planes.emplace_back(region.fit.plane);
+  void run() {
+    b_.least.assign(grid_.size() + Grid::kPadding, kApart);
+    b_.nearest.assign(grid_.size() + Grid::kPadding, kNobody);
+    for (std::size_t g = 0; g < regions_.list.size(); ++g) {
+      if (regions_.list[g].alive) offer_cells(g);
+    }
     for (int r = 0; r < grid_.rows; ++r) {
       for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
-        if (grid_.usable[at(i)] == 0) continue;
-        const std::int16_t mine = regions_.owner[at(i)];
-        const bool uniform = b_.uniform.uniform[at(i)] != 0;
-        if (uniform && (mine == kNobody || !all)) continue;
-        const std::int16_t best = uniform ? (fits(i, mine) ? mine : kNobody) : best_of_neighbours(i);
-        if (best != mine) b_.changes.push_back({i, best});
+        regions_.owner[at(i)] = static_cast<std::int16_t>(b_.nearest[at(i)]);
       }
     }
-    apply();
+    make_sets();
+    for (std::size_t g = 0; g < regions_.list.size(); ++g) {
+      if (regions_.list[g].alive) fit_again(g);
+    }
   }
 
  private:
-  [[nodiscard]] bool fits(int i, std::int16_t region) const { return grid_.fits(i, b_.planes[at(region)]); }
+  [[nodiscard]] std::uint64_t* set(std::size_t region) { return &b_.sets[region * size_]; }
 
-  [[nodiscard]] std::int16_t best_of_neighbours(int i) const {
-    std::int16_t best = kNobody;
-    std::int16_t last = kNobody;
-    float least = 0.0F;
-    for (int y = i - grid_.stride; y <= i + grid_.stride; y += grid_.stride) {
-      for (int j = y - 1; j <= y + 1; ++j) {
-        const std::int16_t region = regions_.owner[at(j)];
-        if (region == kNobody || region == last || region == best) continue;
-        last = region;
-        const Grid::Distance distance = grid_.distance(i, b_.planes[at(region)]);
-        if (!distance.within(grid_.slack[at(i)]) || (best != kNobody && distance.sum() >= least)) continue;
-        best = region;
-        least = distance.sum();
+  void make_sets() {
+    b_.sets.assign(regions_.list.size() * size_, 0);
+    b_.rows.assign(regions_.list.size(), {grid_.rows, -1});
+    for (int r = 0; r < grid_.rows; ++r) {
+      const std::int16_t* const owner = &regions_.owner[at(grid_.index(r, 0))];
+      for (int first = 0, end = 0; first < grid_.columns; first = end) {
+        while (end < grid_.columns && owner[end] == owner[first]) ++end;
+        if (owner[first] == kNobody) continue;
+        std::uint64_t* const row = set(at(owner[first])) + at(r) * words_;
+        for (int w = first / kernels::kWordBits; w <= (end - 1) / kernels::kWordBits; ++w) {
+          row[w] |= bits_between(first, end - 1, w * kernels::kWordBits);
+        }
+        ReassignBuffers::Rows& rows = b_.rows[at(owner[first])];
+        rows.top = std::min(rows.top, r);
+        rows.bottom = r;
       }
     }
-    return best;
   }
 
-  void apply() {
-    b_.changed.assign(regions_.list.size(), 0);
-    for (const ReassignBuffers::Change& change : b_.changes) {
-      std::int16_t& owner = regions_.owner[at(change.cell)];
-      const Moments moments = grid_.moments(change.cell);
-      if (owner != kNobody) {
-        regions_.list[at(owner)].moments -= moments;
-        --regions_.list[at(owner)].cells;
-        b_.changed[at(owner)] = 1;
-      }
-      owner = change.owner;
-      if (owner != kNobody) {
-        regions_.list[at(owner)].moments += moments;
-        ++regions_.list[at(owner)].cells;
-        b_.changed[at(owner)] = 1;
-      }
+  /// To a region: the usable cells of its cells' 3 x 3.
+  void offer_cells(std::size_t region) {
+    const PlaneFit& fit = regions_.list[region].fit;
+    const kernels::CellSetPlane plane = about(fit.plane, fit.u, fit.v);
+    const auto [top, bottom] = b_.rows[region];
+    for (int r = std::max(top - 1, 0); r <= std::min(bottom + 1, grid_.rows - 1); ++r) {
+      const int i = grid_.index(r, 0);
+      kernels::find_nearest(grid_.arrays(i), &grid_.slack[at(i)], at(grid_.columns), plane, around(region, r),
+                            static_cast<std::int32_t>(region), &b_.least[at(i)], &b_.nearest[at(i)]);
     }
-    bool any_gone = false;
-    for (std::size_t g = 0; g < regions_.list.size(); ++g) {
-      Region& region = regions_.list[g];
-      if (b_.changed[g] == 0 || !region.alive) continue;
-      const auto again = fit(region.moments);
-      region.alive = region.cells > 0 && again.has_value();
-      any_gone = any_gone || !region.alive;
-      if (again) region.fit = *again;
+  }
+
+  const std::uint64_t* around(std::size_t region, int row) {
+    b_.around.assign(words_, 0);
+    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, grid_.rows - 1); ++r) {
+      for (std::size_t w = 0; w < words_; ++w) b_.around[w] |= set(region)[at(r) * words_ + w];
     }
-    if (any_gone) release_cells(regions_);
+    std::uint64_t before = 0;
+    for (std::size_t w = 0; w < words_; ++w) {
+      const std::uint64_t word = b_.around[w];
+      const std::uint64_t after = w + 1 < words_ ? b_.around[w + 1] << (kernels::kWordBits - 1) : 0;
+      b_.around[w] = (word | word << 1 | word >> 1 | before | after) & grid_.usable_set[at(row) * words_ + w];
+      before = word >> (kernels::kWordBits - 1);
+    }
+    return b_.around.data();
+  }
+
+  void fit_again(std::size_t g) {
+    Region& region = regions_.list[g];
+    const auto [top, bottom] = b_.rows[g];
+    region.alive = false;
+    if (bottom < top) return;
+    const std::uint64_t* const cells = set(g) + at(top) * words_;
+    const std::size_t rows = at(bottom - top + 1);
+    const kernels::CellSetPlane plane = about(region.fit.plane, region.fit.u, region.fit.v);
+    const kernels::CellSetSums sums = kernels::sum_cells(grid_.arrays(grid_.index(top, 0)), cells, rows, words_, plane);
+    region.moments = moments_of(sums, plane);
+    region.cells = sums.cells;
+    if (const auto again = fit(region.moments)) {
+      region.fit = *again;
+      region.alive = true;
+    }
   }
 
   const Grid& grid_;
   ReassignBuffers& b_;
   Regions& regions_;
+  std::size_t words_;
+  std::size_t size_;
 };
 
 }  // namespace
@@ -305,8 +325,9 @@ void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { 
 
 void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions) {
   Reassigner reassigner(grid, buffers, regions);
-  reassigner.run(true);
-  reassigner.run(false);
+  constexpr int kPasses = 2;
+  for (int pass = 0; pass < kPasses; ++pass) reassigner.run();
+  release_cells(regions);
 }
 
 }  // namespace fransac::cells

@@ -40,17 +40,18 @@ void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions);
 
 /// Memory of reassign_borders.
 struct ReassignBuffers {
-  struct Change {
-    std::int32_t cell;
-    std::int16_t owner;
+  std::vector<std::uint64_t> sets;    ///< Per region rows x words: its cells.
+  std::vector<std::uint64_t> around;  ///< A row of one, and of what is next to it.
+  struct Rows {
+    int top;
+    int bottom;
   };
-  UniformBuffers uniform;
-  std::vector<Change> changes;
-  std::vector<FloatPlane> planes;     ///< Per region.
-  std::vector<std::uint8_t> changed;  ///< Per region.
+  std::vector<Rows> rows;  ///< Per region.
+  AlignedVector<float> least;
+  AlignedVector<std::int32_t> nearest;
 };
 
-/// Gives cells at the border of regions to the plane they fit best, and fits again, twice.
+/// Gives cells to the plane they fit best among those of their 3 x 3, and fits again, twice.
 void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions);
 
 }  // namespace fransac::cells

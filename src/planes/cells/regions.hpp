@@ -8,6 +8,7 @@
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/camera.hpp"
 #include "planes/cells/grid.hpp"
+#include "planes/cells/spread.hpp"
 
 namespace fransac::cells {
 
@@ -31,27 +32,16 @@ void release_cells(Regions& regions);
 
 /// Memory of grow_regions.
 struct RegionBuffers {
-  AlignedVector<Moments> moments;    ///< Of usable cells; each is asked for several times.
-  AlignedVector<std::uint8_t> free;  ///< Usable cells of no region.
-  AlignedVector<std::uint8_t> full;  ///< Centres of blocks of 3 x 3 such cells,
-  AlignedVector<float> residual;     ///< and the mean squared residual of the plane through them.
-  std::vector<std::uint16_t> rank;   ///< Of each seed, by flatness.
-  std::vector<std::int32_t> first;   ///< Where the seeds of a rank start.
-  std::vector<std::int32_t> seeds;   ///< Cells, the flattest first.
-  std::vector<std::int32_t> members;
-  AlignedVector<std::int32_t> mark;
-  struct Shape;
-  std::vector<Shape> shapes;
-
-  RegionBuffers();
-  ~RegionBuffers();
+  SpreadBuffers spread;
+  AlignedVector<float> weight;    ///< 1 for usable cells that no flood has taken, else 0.
+  AlignedVector<float> flatness;  ///< Of the block about each cell.
+  std::vector<std::int32_t> candidates;
+  std::vector<std::int32_t> first;  ///< Where the seeds of a rank start.
+  std::vector<std::int32_t> seeds;  ///< Cells, the flattest first.
 };
 
-/// Grows regions from the flattest places.
-void grow_regions(const Grid& grid, RegionBuffers& buffers, Regions& regions);
-
-/// Keeps the regions that are no chance and no pieces of curved surfaces.
-void judge_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions);
+/// Grows regions from the flattest places. Keeps those that are no chance and no pieces of curved surfaces.
+void grow_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions);
 
 /// Which cells have the same owner as all their eight neighbours.
 struct UniformBuffers {
