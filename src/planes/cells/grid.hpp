@@ -160,13 +160,6 @@ class Grid {
             stride};
   }
 
-  /// Square of k sigmas of a cell plus a length, in inverse depth.
-  [[nodiscard]] float tolerance(int cell, double k, double length_m) const {
-    const auto i = static_cast<std::size_t>(cell);
-    const float noise_part = static_cast<float>(k) * shape[i];
-    const float length_part = static_cast<float>(length_m) * q[i] * q[i];
-    return noise_part * noise_part + length_part * length_part;
-  }
   /// How far a cell is from a plane: its mean, and its slopes over half a cell, squared.
   struct Distance {
     float mean;

@@ -52,8 +52,10 @@ class Flood {
   void run(const std::vector<std::uint8_t>& label_of_region) {
     b_.spread = regions_.owner;
     b_.queue.clear();
+    bool all = true;  // most often
+    for (std::size_t g = 0; g < regions_.list.size(); ++g) all = all && (label_of_region[g] != 0 || !regions_.list[g].alive);
     for (std::int16_t& owner : b_.spread) {
-      if (owner != kNobody && label_of_region[at(owner)] == 0) owner = kNobody;
+      if (!all && owner != kNobody && label_of_region[at(owner)] == 0) owner = kNobody;
     }
     find_uniform(grid_, b_.spread, b_.uniform);
     for (int r = 0; r < grid_.rows; ++r) {
