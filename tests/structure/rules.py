@@ -14,6 +14,7 @@ ARROWS = {
     "filter": {"core", "kernels"},
     "sac": {"core", "kernels"},
     "planes": {"core", "kernels", "filter", "sac"},
+    "obstacles": {"core", "kernels", "filter", "planes"},
     "eval": {"core"},
     "synth": {"core"},
     "io": {"core"},
@@ -21,7 +22,7 @@ ARROWS = {
     # The one-line façade over segmentation.
     "facade": {"core", "planes"},
     # Programs know public headers only, whichever they like.
-    "apps": {"core", "filter", "sac", "planes", "eval", "synth", "io", "cloud_io", "facade"},
+    "apps": {"core", "filter", "sac", "planes", "obstacles", "eval", "synth", "io", "cloud_io", "facade"},
 }
 
 # Which headers from outside the project a module may include, by the first part of the path. The standard library and

@@ -1,0 +1,554 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "obstacles/objects.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+
+#include "kernels/heights.h"
+#include "kernels/labels.h"
+
+namespace fransac::obstacles {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// Focal length of the Kinect v1, for which sizes in pixels below are known: they are angles.
+constexpr double kKinectFocal = 525.0;
+
+/// A cell is as large as the distance over which neighbouring pixels of a Kinect err together, 4 to 6 pixels (smaller ones know
+/// no more), and as the smallest thing that shall be seen, 6 mm at 0.85 m. Whole quads of the kernel.
+int cell_side(const Camera& camera) {
+  const double quads = 0.5 * (camera.fx + camera.fy) / kKinectFocal;
+  return static_cast<int>(kernels::kQuad) * std::max(1, static_cast<int>(std::lround(quads)));
+}
+
+/// How far edges of things are off sideways, pixels of a Kinect v1 (Nguyen, Izadi and Lovell, "Modeling Kinect Sensor Noise for
+/// Improved 3D Reconstruction and Tracking", 3DIMPVT 2012: 0.8 px at most slants).
+constexpr double kLateral_px = 0.8;
+
+void resize(int width, int height, std::size_t stride, int side, Sides& sides) {
+  CellImage& cells = sides.cells;
+  cells.side = side;
+  cells.columns = (width + side - 1) / side;
+  cells.rows = (height + side - 1) / side;
+  cells.stride = cells.columns + 2 * CellImage::kBorder;
+  const std::size_t size = cells.size();
+  sides.stride = stride;
+  sides.pixels.resize(stride * at(height));
+  sides.seen.assign(size, 0);
+  sides.above.assign(size, 0);
+  sides.below.assign(size, 0);
+  sides.q.assign(size, 0.0F);
+  sides.q_below.assign(size, 0.0F);
+  sides.any_below = false;
+}
+
+/// Adds the quads of a row of cells to the cells, as mean inverse depths; whether there are any.
+bool gather(const std::vector<std::uint16_t>& quads, const std::vector<float>& depths, int first_cell, const CellImage& cells,
+            std::vector<std::uint16_t>& counts, std::vector<float>& q) {
+  const std::size_t per_cell = at(cells.side) / kernels::kQuad;
+  bool any = false;
+  constexpr std::size_t kAtOnce = sizeof(std::uint64_t) / sizeof(std::uint16_t);
+  for (std::size_t first = 0; first < quads.size(); first += kAtOnce) {
+    std::uint64_t some = 0;
+    std::memcpy(&some, &quads[first], sizeof some);
+    if (some == 0) continue;  // most are
+    any = true;
+    for (std::size_t k = first; k < first + kAtOnce; ++k) {
+      const std::size_t cell = at(first_cell) + k / per_cell;
+      counts[cell] = static_cast<std::uint16_t>(counts[cell] + quads[k]);
+      q[cell] += depths[k];
+    }
+  }
+  for (int i = first_cell; any && i < first_cell + cells.columns; ++i) {
+    if (counts[at(i)] != 0) q[at(i)] = static_cast<float>(counts[at(i)]) / q[at(i)];
+  }
+  return any;
+}
+
+/// Adds a row's kinds to those of other rows.
+void add_kinds(const std::vector<std::uint8_t>& row, std::vector<std::uint8_t>& all) {
+  const std::uint8_t* const __restrict from = row.data();
+  std::uint8_t* const __restrict to = all.data();
+  const std::size_t size = row.size();
+  for (std::size_t u = 0; u < size; ++u) to[u] |= from[u];
+}
+
+/// Cells of which any pixel is on the support.
+void mark_seen(const std::vector<std::uint8_t>& kinds, const CellImage& cells, int first_cell, std::vector<std::uint8_t>& seen) {
+  const std::size_t per_cell = at(cells.side) / kernels::kQuad;
+  for (std::size_t k = 0; k < kinds.size() / kernels::kQuad; ++k) {
+    std::uint32_t quad = 0;
+    std::memcpy(&quad, &kinds[k * kernels::kQuad], sizeof quad);
+    constexpr std::uint32_t kOn = 0x01010101U * kernels::kOnPlane;
+    seen[at(first_cell) + k / per_cell] |= static_cast<std::uint8_t>((quad & kOn) != 0);
+  }
+}
+
+/// Least pixels that make a cell count: a quarter. What has fewer gets its label from its neighbours.
+int least_pixels(int side) { return side * side / 4; }
+
+/// Finds how strongly the surface is cut between neighbouring cells.
+class Linker {
+ public:
+  Linker(const Sides& sides, const Camera& camera, Objects& objects) : s_(sides), cells_(sides.cells), o_(objects) {
+    const double lateral = kLateral_px * 0.5 * (camera.fx + camera.fy) / kKinectFocal / cells_.side;  // in cells
+    lateral_ = static_cast<float>(lateral * lateral);
+  }
+
+  void run() {
+    o_.links.clear();
+    o_.core.assign(cells_.size(), 1);
+    for (const std::int32_t a : o_.cells) {
+      link(a, 1);
+      link(a, cells_.stride);
+    }
+  }
+
+ private:
+  // One in a hundred links of a smooth surface may be cut by chance: cores do without.
+  static constexpr float kValleySigmas = 2.5F;
+  static constexpr float kStepSigmas = 3.0F;
+  // Of errors that neighbours share: a slope to the left, a slope to the right and the cell between, counted twice, have the
+  // variance 1 + 1 + 4; two cells and what a slope foretells, 1 + 1 + 1.
+  static constexpr float kValley = 1.0F / (kValleySigmas * 2.449F);
+  static constexpr float kStep = 1.0F / (kStepSigmas * 1.732F);
+  static constexpr float kOneSided = 1.0F / (kStepSigmas * 2.449F);
+
+  /// Slopes reach over so many cells: beyond the distance over which pixels err together.
+  static constexpr int kReach = 2;
+  static_assert(kReach < CellImage::kBorder);
+
+  /// How many cells the surface goes on from a cell.
+  [[nodiscard]] int reach(int cell, int step) const {
+    int length = 0;
+    while (length < kReach && o_.on[at(cell + step * (length + 1))] != 0) ++length;
+    return length;
+  }
+
+  /// A cell in which nothing was measured: the surface may go on behind it.
+  [[nodiscard]] bool is_blind(int cell) const {
+    const int row = cells_.row(cell);
+    const int column = cells_.column(cell);
+    return row >= 0 && row < cells_.rows && column >= 0 && column < cells_.columns && s_.seen[at(cell)] == 0;
+  }
+
+  void link(int a, int step) {
+    int b = a + step;
+    int gap = 1;
+    if (o_.on[at(b)] == 0 && is_blind(b)) {
+      b += step;
+      gap = 2;
+    }
+    if (o_.on[at(b)] == 0) return;
+    const float cut = gap == 1 ? cut_between(a, b, step) : cut_across(a, b, step);
+    if (gap == 2 && cut >= 1.0F) return;
+    o_.links.push_back({a, b, cut});
+    if (gap == 1 && cut >= 1.0F) o_.core[at(a)] = o_.core[at(b)] = 0;
+  }
+
+  /// One sigma of the differences, for a surface with a slope per cell.
+  [[nodiscard]] float per_sigma(int a, float slope) const {
+    const float sigma = o_.sigma[at(a)];
+    return 1.0F / std::sqrt(sigma * sigma + lateral_ * slope * slope);
+  }
+
+  [[nodiscard]] float cut_between(int a, int b, int step) const {
+    const int before = reach(a, -step);
+    const int after = reach(b, step);
+    const float difference = s_.q[at(b)] - s_.q[at(a)];
+    if (before > 0 && after > 0) return cut(a, b, step, before, after, 1.0F);
+    const float slope = before > 0  ? (s_.q[at(a)] - s_.q[at(a - before * step)]) / static_cast<float>(before)
+                        : after > 0 ? (s_.q[at(b + after * step)] - s_.q[at(b)]) / static_cast<float>(after)
+                                    : 0.0F;
+    return std::abs(difference - slope) * per_sigma(a, slope) * kOneSided;
+  }
+
+  [[nodiscard]] float cut_across(int a, int b, int step) const {
+    const int before = reach(a, -step);
+    const int after = reach(b, step);
+    return before > 0 && after > 0 ? cut(a, b, step, before, after, 2.0F) : std::numeric_limits<float>::infinity();
+  }
+
+  /// Two neighbours `gap` cells apart with slopes on both sides: a valley, where both are nearer than the other's slope
+  /// foretells, or a step.
+  [[nodiscard]] float cut(int a, int b, int step, int before, int after, float gap) const {
+    const float left = (s_.q[at(a)] - s_.q[at(a - before * step)]) / static_cast<float>(before);
+    const float right = (s_.q[at(b + after * step)] - s_.q[at(b)]) / static_cast<float>(after);
+    const float per = per_sigma(a, std::max(std::abs(left), std::abs(right)));
+    const float valley = (right - left) * static_cast<float>(std::min(before, after)) * kValley;
+    const float jump = std::abs(s_.q[at(b)] - s_.q[at(a)] - 0.5F * gap * (left + right)) * kStep / (0.5F + 0.5F * gap);
+    return std::max(valley, jump) * per;
+  }
+
+  const Sides& s_;
+  const CellImage& cells_;
+  Objects& o_;
+  float lateral_ = 0.0F;
+};
+
+/// Groups cells: cores first, the rest by the strength of what cuts it off.
+class Grouper {
+ public:
+  Grouper(const Sides& sides, const Camera& camera, const ObstacleOptions& options, Objects& objects)
+      : s_(sides), options_(options), o_(objects) {
+    cells_per_m2_ = static_cast<float>(camera.fx * camera.fy / (sides.cells.side * sides.cells.side));
+  }
+
+  void run() {
+    o_.parent.resize(s_.cells.size());
+    o_.size.resize(s_.cells.size());
+    o_.seed.assign(s_.cells.size(), 0);
+    for (const std::int32_t cell : o_.cells) {
+      o_.parent[at(cell)] = cell;
+      o_.size[at(cell)] = 0;
+    }
+    join_cores();
+    join_rest();
+    number();
+  }
+
+ private:
+  int root(int cell) {
+    std::int32_t* const parent = o_.parent.data();
+    while (parent[cell] != cell) cell = parent[cell] = parent[parent[cell]];
+    return cell;
+  }
+
+  /// Cells that show so much of a surface at a cell's distance: at least three, flying pixels make two.
+  [[nodiscard]] float cells_of(int cell, double size_m) const {
+    const float q = s_.q[at(cell)];
+    return std::max(3.0F, static_cast<float>(size_m * size_m) * cells_per_m2_ * q * q);
+  }
+
+  /// Cells without any cut are cores; those that hang together and are large enough are objects of their own.
+  void join_cores() {
+    for (const Objects::Link& link : o_.links) {
+      if (link.cut >= 1.0F || o_.core[at(link.a)] == 0 || o_.core[at(link.b)] == 0) continue;
+      const auto [low, high] = std::minmax({root(link.a), root(link.b)});
+      o_.parent[at(high)] = low;
+    }
+    for (const std::int32_t cell : o_.cells) ++o_.size[at(root(cell))];
+    for (const std::int32_t cell : o_.cells) {
+      const bool large = static_cast<float>(o_.size[at(cell)]) >= cells_of(cell, options_.touching_size_m);
+      if (root(cell) == cell && o_.core[at(cell)] != 0 && large) o_.seed[at(cell)] = 1;
+    }
+  }
+
+  /// A watershed: the weakest cut first, and never two objects.
+  void join_rest() {
+    sort_links();
+    for (const Objects::Link& link : o_.order) {
+      const auto [low, high] = std::minmax({root(link.a), root(link.b)});
+      if (low == high || (o_.seed[at(low)] != 0 && o_.seed[at(high)] != 0)) continue;
+      const auto smaller = static_cast<float>(std::min(o_.size[at(low)], o_.size[at(high)]));
+      if (link.cut >= kTooStrong && smaller >= cells_of(low, options_.touching_size_m)) continue;
+      o_.parent[at(high)] = low;
+      o_.size[at(low)] += o_.size[at(high)];
+      o_.seed[at(low)] |= o_.seed[at(high)];
+    }
+  }
+
+  /// A counting sort in steps of a sixteenth; of equal ones the first in the image comes first.
+  void sort_links() {
+    constexpr float kSteps = 16.0F;
+    constexpr std::size_t kBins = 130;
+    const auto bin = [](float cut) { return static_cast<std::size_t>(std::clamp((cut + 1.0F) * kSteps, 0.0F, kBins - 2.0F)); };
+    std::array<std::uint32_t, kBins> first{};
+    for (const Objects::Link& link : o_.links) ++first[bin(link.cut) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    o_.order.resize(o_.links.size());
+    for (const Objects::Link& link : o_.links) o_.order[first[bin(link.cut)]++] = link;
+  }
+
+  void number() {
+    o_.count = 0;
+    o_.of_cell.assign(s_.cells.size(), 0);
+    for (const std::int32_t cell : o_.cells) {
+      if (root(cell) != cell || static_cast<float>(o_.size[at(cell)]) < cells_of(cell, options_.min_size_m)) continue;
+      if (o_.count == kMostObjects) break;
+      o_.of_cell[at(cell)] = static_cast<std::uint16_t>(++o_.count);
+    }
+    // A root is the first of its cells in the image: it is not written over before the others have read it.
+    for (const std::int32_t cell : o_.cells) o_.of_cell[at(cell)] = o_.of_cell[at(root(cell))];
+  }
+
+  /// Behind such a cut a piece as large as an object stays alone even without a core.
+  static constexpr float kTooStrong = 3.0F;
+
+  const Sides& s_;
+  const ObstacleOptions& options_;
+  Objects& o_;
+  float cells_per_m2_ = 0.0F;
+};
+
+class PixelLabeller {
+ public:
+  PixelLabeller(const Sides& sides, const Objects& objects) : s_(sides), o_(objects), cells_(sides.cells) {}
+
+  /// Whether all pixels of a cell are of the cell's object: no neighbour is of another.
+  [[nodiscard]] bool is_single(int cell) const {
+    const std::uint16_t own = o_.of_cell[at(cell)];
+    const auto differs = [&](int next) {
+      const std::uint16_t other = o_.of_cell[at(next)];
+      return other != 0 && other != own;
+    };
+    return own != 0 && !differs(cell - cells_.stride) && !differs(cell - 1) && !differs(cell + 1) &&
+           !differs(cell + cells_.stride);
+  }
+
+  /// What the cell's pixels may be on.
+  [[nodiscard]] Choice choose(int cell) const {
+    Choice choice;
+    const std::uint16_t own = o_.of_cell[at(cell)];
+    choice.cell = cell;
+    choice.otherwise = own;
+    choice.most = std::numeric_limits<float>::infinity();
+    if (own != 0) add(cell, 0.0F, choice);
+    constexpr float kNear = 10.0F;  // sigmas; of pixels in cells that have too few
+    for (const int next : {cell - cells_.stride, cell - 1, cell + 1, cell + cells_.stride}) {
+      const std::uint16_t other = o_.of_cell[at(next)];
+      if (other == 0 || other == own) continue;
+      add(next, own != 0 ? o_.sigma[at(next)] : 0.0F, choice);
+      if (own == 0) choice.most = kNear * o_.sigma[at(next)];
+    }
+    return choice;
+  }
+
+ private:
+  void add(int cell, float handicap, Choice& choice) const {
+    const std::uint16_t object = o_.of_cell[at(cell)];
+    const auto side = static_cast<float>(cells_.side);
+    const auto slope = [&](int step) {
+      const bool before = o_.of_cell[at(cell - step)] == object;
+      const bool after = o_.of_cell[at(cell + step)] == object;
+      const float first = s_.q[at(before ? cell - step : cell)];
+      const float last = s_.q[at(after ? cell + step : cell)];
+      return before || after ? (last - first) / (before && after ? 2.0F * side : side) : 0.0F;
+    };
+    choice.surfaces[at(choice.count++)] = {.object = object,
+                                           .handicap = handicap,
+                                           .q = s_.q[at(cell)],
+                                           .du = slope(1),
+                                           .dv = slope(cells_.stride),
+                                           .u = (static_cast<float>(cells_.column(cell)) + 0.5F) * side - 0.5F,
+                                           .v = (static_cast<float>(cells_.row(cell)) + 0.5F) * side - 0.5F};
+  }
+
+  const Sides& s_;
+  const Objects& o_;
+  const CellImage& cells_;
+};
+
+/// Writes an object to the pixels of a quad that are above the support, and counts them by plane; 0 is none.
+void label_quad(const std::uint8_t* side, const std::uint8_t* plane, std::uint16_t object, std::size_t planes,
+                std::uint16_t* labels, std::uint32_t* counts) {
+  std::uint32_t sides = 0;
+  std::uint32_t plane_labels = 0;
+  std::memcpy(&sides, side, sizeof sides);
+  std::memcpy(&plane_labels, plane, sizeof plane_labels);
+  if (sides == 0) return;
+  constexpr std::uint32_t kEveryByte = 0x01010101U;
+  if (sides == kEveryByte * kernels::kAbove && plane_labels == kEveryByte * plane[0]) {  // most are
+    std::fill_n(labels, kernels::kQuad, object);
+    counts[plane[0] <= planes ? plane[0] : 0] += kernels::kQuad;
+    return;
+  }
+  for (std::size_t k = 0; k < kernels::kQuad; ++k) {
+    if (side[k] != kernels::kAbove) continue;
+    labels[k] = object;
+    ++counts[plane[k] <= planes ? plane[k] : 0];
+  }
+}
+
+std::uint16_t nearest_of(const Choice& choice, int u, int v, float q) {
+  std::uint16_t best = choice.otherwise;
+  float least = choice.most;
+  for (int k = 0; k < choice.count; ++k) {
+    const Surface& s = choice.surfaces[at(k)];
+    const float off = s.q + s.du * (static_cast<float>(u) - s.u) + s.dv * (static_cast<float>(v) - s.v) - q;
+    if (const float distance = std::abs(off) + s.handicap; distance < least) {
+      least = distance;
+      best = s.object;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+template <class Raw>
+void find_sides(const DepthRows<Raw>& rows, const Segmentation& segmentation, const std::vector<int>& carriers,
+                const Plane& support, const DepthNoise& noise, const ObstacleOptions& options, DepthRowBuffer& buffer,
+                Sides& sides) {
+  const Camera& camera = rows.camera();
+  const std::size_t width = rows.width();
+  const std::size_t stride = rows.padded_width();
+  resize(static_cast<int>(width), rows.height(), stride, cell_side(camera), sides);
+  const auto square = [&](double x) { return static_cast<float>(options.height_sigmas * options.height_sigmas * x * x); };
+  const kernels::HeightLimits limits{square(noise.constant_m), square(noise.linear), square(noise.quadratic_per_m),
+                                     static_cast<float>(options.least_height_m), static_cast<float>(options.least_drop_m)};
+  std::array<std::uint8_t, 256> table{};
+  std::fill(table.begin() + 1, table.end(), kernels::kOffPlane);
+  for (const int label : carriers) table[at(label)] = kernels::kOnPlane;
+  const int planes = static_cast<int>(segmentation.planes.size());
+  const double step = support.normal.x() / camera.fx;
+  sides.kinds.assign(stride, 0);
+  for (int r = 0; r < sides.cells.rows; ++r) {
+    sides.all_kinds.assign(stride, 0);
+    for (auto& quads : sides.quads) quads.assign(stride / kernels::kQuad, 0);
+    for (auto& depths : sides.depths) depths.assign(stride / kernels::kQuad, 0.0F);
+    const kernels::QuadSums sums{sides.quads[0].data(), sides.depths[0].data(), sides.quads[1].data(), sides.depths[1].data()};
+    const int first_cell = sides.cells.index(r, 0);
+    for (int v = r * sides.cells.side; v < std::min((r + 1) * sides.cells.side, rows.height()); ++v) {
+      std::copy_n(segmentation.labels.data() + at(v) * width, width, sides.kinds.data());
+      kernels::relabel(sides.kinds.data(), width, table.data(), planes);
+      const double base = support.normal.z() + support.normal.y() * (v - camera.cy) / camera.fy - step * camera.cx;
+      kernels::height_kernels<Raw>().find_sides(
+          rows.row(v, buffer).kept, sides.kinds.data(), stride, rows.view().metres_per_unit(),
+          {static_cast<float>(base), static_cast<float>(step), static_cast<float>(support.d)}, limits,
+          &sides.pixels[at(v) * stride], sums);
+      add_kinds(sides.kinds, sides.all_kinds);
+    }
+    mark_seen(sides.all_kinds, sides.cells, first_cell, sides.seen);
+    gather(sides.quads[0], sides.depths[0], first_cell, sides.cells, sides.above, sides.q);
+    sides.any_below |= gather(sides.quads[1], sides.depths[1], first_cell, sides.cells, sides.below, sides.q_below);
+  }
+}
+
+void find_objects(const Sides& sides, const Camera& camera, const DepthNoise& noise, const ObstacleOptions& options,
+                  Objects& objects) {
+  const CellImage& cells = sides.cells;
+  const int least = least_pixels(cells.side);
+  objects.cells.clear();
+  objects.on.assign(cells.size(), 0);
+  objects.sigma.resize(cells.size());
+  // Of inverse depth: sigma_z q^2, with the squares of the parts of sigma_z added up.
+  const auto square = [](double x) { return static_cast<float>(x * x); };
+  const float constant = square(noise.constant_m);
+  const float linear = square(noise.linear);
+  const float quadratic = square(noise.quadratic_per_m);
+  for (int r = 0; r < cells.rows; ++r) {
+    for (int i = cells.index(r, 0); i < cells.index(r, cells.columns); ++i) {
+      if (sides.above[at(i)] < least) continue;
+      objects.cells.push_back(i);
+      objects.on[at(i)] = 1;
+      const float qq = sides.q[at(i)] * sides.q[at(i)];
+      objects.sigma[at(i)] = std::sqrt(quadratic + qq * (linear + qq * constant));
+    }
+  }
+  Linker(sides, camera, objects).run();
+  Grouper(sides, camera, options, objects).run();
+}
+
+namespace {
+
+/// Labels rows of cells.
+template <class Raw>
+class RowLabeller {
+ public:
+  RowLabeller(const DepthRows<Raw>& rows, const Segmentation& segmentation, const Sides& sides, DepthRowBuffer& buffer,
+              Objects& objects, std::vector<PixelSums>& sums, std::vector<std::uint16_t>& labels)
+      : rows_(rows),
+        segmentation_(segmentation),
+        s_(sides),
+        cells_(sides.cells),
+        buffer_(buffer),
+        o_(objects),
+        sums_(sums),
+        labels_(labels),
+        labeller_(sides, objects) {}
+
+  void run(int row) {
+    o_.singles.clear();
+    o_.choices.clear();
+    for (int i = cells_.index(row, 0); i < cells_.index(row, cells_.columns); ++i) {
+      if (s_.above[at(i)] == 0) continue;
+      if (labeller_.is_single(i)) {
+        o_.singles.push_back(i);
+      } else if (const Choice choice = labeller_.choose(i); choice.count > 0) {
+        o_.choices.push_back(choice);
+      }
+    }
+    for (int v = row * cells_.side; v < std::min((row + 1) * cells_.side, rows_.height()); ++v) {
+      for (const std::int32_t cell : o_.singles) label_single(cell, v);
+      if (o_.choices.empty()) continue;
+      const Raw* const raw = rows_.row(v, buffer_).kept;
+      for (const Choice& choice : o_.choices) label_mixed(choice, v, raw);
+    }
+    for (const std::int32_t cell : o_.singles) {
+      const auto middle = [&](int index) { return (static_cast<float>(index) + 0.5F) * static_cast<float>(cells_.side) - 0.5F; };
+      sums_[o_.of_cell[at(cell)]].add(s_.above[at(cell)], 1.0F / s_.q[at(cell)], middle(cells_.column(cell)), middle(row));
+    }
+  }
+
+ private:
+  [[nodiscard]] const std::uint8_t* side(int u, int v) const { return &s_.pixels[at(v) * s_.stride + at(u)]; }
+  [[nodiscard]] std::size_t pixel(int u, int v) const { return at(v) * rows_.width() + at(u); }
+  std::uint32_t* counts(std::uint16_t object) { return &o_.on_plane[object * (segmentation_.planes.size() + 1)]; }
+
+  void label_single(int cell, int v) {
+    const std::uint16_t object = o_.of_cell[at(cell)];
+    const int first = cells_.column(cell) * cells_.side;
+    const int end = std::min(first + cells_.side, static_cast<int>(rows_.width()));
+    int u = first;
+    for (; u + static_cast<int>(kernels::kQuad) <= end; u += static_cast<int>(kernels::kQuad)) {
+      label_quad(side(u, v), &segmentation_.labels[pixel(u, v)], object, segmentation_.planes.size(), &labels_[pixel(u, v)],
+                 counts(object));
+    }
+    for (; u < end; ++u) label_pixel(u, v, object);
+  }
+
+  void label_pixel(int u, int v, std::uint16_t object) {
+    if (*side(u, v) != kernels::kAbove) return;
+    labels_[pixel(u, v)] = object;
+    const std::uint8_t plane = segmentation_.labels[pixel(u, v)];
+    ++counts(object)[plane <= segmentation_.planes.size() ? plane : 0];
+  }
+
+  void label_mixed(const Choice& choice, int v, const Raw* raw) {
+    const int first = cells_.column(choice.cell) * cells_.side;
+    for (int u = first; u < std::min(first + cells_.side, static_cast<int>(rows_.width())); ++u) {
+      if (*side(u, v) != kernels::kAbove) continue;
+      const float z = static_cast<float>(raw[u]) * rows_.view().metres_per_unit();
+      const std::uint16_t object = nearest_of(choice, u, v, 1.0F / z);
+      label_pixel(u, v, object);
+      sums_[object].add(1, z, static_cast<float>(u), static_cast<float>(v));
+    }
+  }
+
+  const DepthRows<Raw>& rows_;
+  const Segmentation& segmentation_;
+  const Sides& s_;
+  const CellImage& cells_;
+  DepthRowBuffer& buffer_;
+  Objects& o_;
+  std::vector<PixelSums>& sums_;
+  std::vector<std::uint16_t>& labels_;
+  PixelLabeller labeller_;
+};
+
+}  // namespace
+
+template <class Raw>
+void label_objects(const DepthRows<Raw>& rows, const Segmentation& segmentation, const Sides& sides, DepthRowBuffer& buffer,
+                   Objects& objects, std::vector<PixelSums>& sums, std::vector<std::uint16_t>& labels) {
+  objects.on_plane.assign(sums.size() * (segmentation.planes.size() + 1), 0);
+  RowLabeller<Raw> labeller(rows, segmentation, sides, buffer, objects, sums, labels);
+  for (int row = 0; row < sides.cells.rows; ++row) labeller.run(row);
+}
+
+template void find_sides(const DepthRows<std::uint16_t>&, const Segmentation&, const std::vector<int>&, const Plane&,
+                         const DepthNoise&, const ObstacleOptions&, DepthRowBuffer&, Sides&);
+template void find_sides(const DepthRows<float>&, const Segmentation&, const std::vector<int>&, const Plane&, const DepthNoise&,
+                         const ObstacleOptions&, DepthRowBuffer&, Sides&);
+template void label_objects(const DepthRows<std::uint16_t>&, const Segmentation&, const Sides&, DepthRowBuffer&, Objects&,
+                            std::vector<PixelSums>&, std::vector<std::uint16_t>&);
+template void label_objects(const DepthRows<float>&, const Segmentation&, const Sides&, DepthRowBuffer&, Objects&,
+                            std::vector<PixelSums>&, std::vector<std::uint16_t>&);
+
+}  // namespace fransac::obstacles

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fransac/obstacles/obstacles.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include "obstacles/drops.hpp"
+#include "obstacles/footprint.hpp"
+#include "obstacles/objects.hpp"
+
+namespace fransac {
+
+struct ObstacleWorkspace::Impl {
+  DepthRowBuffer row;
+  obstacles::Sides sides;
+  obstacles::Objects objects;
+  obstacles::Drops drops;
+  /// Of an object or drop, from its cells.
+  struct Extent {
+    obstacles::Footprint footprint;
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+    double nearest = std::numeric_limits<double>::infinity();
+    bool contact = false;
+  };
+  std::vector<Extent> extents;             ///< Objects by number, then drops; 0 unused.
+  std::vector<std::uint16_t> order;        ///< Numbers, nearest first.
+  std::vector<std::uint16_t> ids;          ///< By number.
+  std::vector<obstacles::PixelSums> sums;  ///< By id.
+};
+
+ObstacleWorkspace::ObstacleWorkspace() : impl_(std::make_unique<Impl>()) {}
+ObstacleWorkspace::~ObstacleWorkspace() = default;
+ObstacleWorkspace::ObstacleWorkspace(ObstacleWorkspace&&) noexcept = default;
+ObstacleWorkspace& ObstacleWorkspace::operator=(ObstacleWorkspace&&) noexcept = default;
+
+GroundFrame ground_frame(const Plane& support) {
+  GroundFrame frame;
+  const Eigen::Vector3d& up = support.normal;
+  frame.origin = -support.d * up;
+  // Where the camera looks straight down, its upper edge is ahead.
+  Eigen::Vector3d ahead = Eigen::Vector3d::UnitZ() - up.z() * up;
+  constexpr double kStraightDown = 1e-3;
+  if (ahead.norm() < kStraightDown) ahead = -Eigen::Vector3d::UnitY() + up.y() * up;
+  ahead.normalize();
+  frame.axes << ahead, up.cross(ahead), up;
+  return frame;
+}
+
+namespace {
+
+using Impl = ObstacleWorkspace::Impl;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// The labels of the planes that carry; the first is the one whose plane counts.
+void choose_support(const Segmentation& segmentation, const SupportChoice& choice, std::vector<int>& support) {
+  support.clear();
+  const auto take = [&](PlaneKind kind, bool all) {
+    for (const PlaneSegment& plane : segmentation.planes) {
+      if (plane.kind == kind && (all || support.empty())) support.push_back(plane.id);
+    }
+    std::stable_sort(support.begin(), support.end(), [&](int a, int b) {
+      return segmentation.planes[at(a - 1)].area_m2 > segmentation.planes[at(b - 1)].area_m2;
+    });
+  };
+  switch (choice.kind) {
+    case SupportKind::automatic:
+      take(PlaneKind::floor, true);
+      if (support.empty() && !segmentation.planes.empty()) support.push_back(segmentation.planes.front().id);
+      break;
+    case SupportKind::floor: take(PlaneKind::floor, true); break;
+    case SupportKind::table: take(PlaneKind::horizontal, false); break;
+    case SupportKind::plane:
+      if (choice.plane <= static_cast<int>(segmentation.planes.size())) support.push_back(choice.plane);
+      break;
+  }
+}
+
+/// A Kinect's, where the method that found the planes knows no noise.
+DepthNoise noise_of(const Segmentation& segmentation) {
+  if (segmentation.noise != DepthNoise{}) return segmentation.noise;
+  return {.quadratic_per_m = 1.425e-3};  // Khoshelham and Elberink 2012
+}
+
+class Describer {
+ public:
+  Describer(const Camera& camera, const Segmentation& segmentation, const ObstacleOptions& options, Impl& work, Obstacles& result)
+      : camera_(camera), segmentation_(segmentation), options_(options), w_(work), r_(result) {}
+
+  /// Where everything is, from the cells.
+  void measure() {
+    w_.extents.assign(at(w_.objects.count + w_.drops.count) + 1, {});
+    for (const std::int32_t cell : w_.objects.cells) {
+      const std::uint16_t number = w_.objects.of_cell[at(cell)];
+      if (number == 0) continue;
+      const float q = w_.sides.q[at(cell)];
+      add(cell, q, w_.objects.sigma[at(cell)] / (q * q), w_.extents[number]);
+    }
+    for (const std::int32_t cell : w_.drops.cells) {
+      add(cell, w_.sides.q_below[at(cell)], 0.0F, w_.extents[at(w_.objects.count) + w_.drops.of_cell[at(cell)]]);
+    }
+    // Nearest first.
+    w_.order.resize(w_.extents.size() - 1);
+    std::iota(w_.order.begin(), w_.order.end(), std::uint16_t{1});
+    std::sort(w_.order.begin(), w_.order.end(), [&](std::uint16_t a, std::uint16_t b) {
+      return w_.extents[a].nearest < w_.extents[b].nearest || (w_.extents[a].nearest == w_.extents[b].nearest && a < b);
+    });
+    w_.ids.assign(w_.extents.size(), 0);
+    for (std::size_t i = 0; i < w_.order.size(); ++i) w_.ids[w_.order[i]] = static_cast<std::uint16_t>(i + 1);
+    for (const std::int32_t cell : w_.objects.cells) w_.objects.of_cell[at(cell)] = w_.ids[w_.objects.of_cell[at(cell)]];
+    for (const std::int32_t cell : w_.drops.cells) {
+      w_.drops.of_cell[at(cell)] = w_.ids[at(w_.objects.count) + w_.drops.of_cell[at(cell)]];
+    }
+  }
+
+  void describe() {
+    r_.obstacles.resize(w_.order.size());
+    for (std::size_t i = 0; i < w_.order.size(); ++i) {
+      const auto id = static_cast<int>(i + 1);
+      const bool drop = w_.order[i] > w_.objects.count;
+      const Impl::Extent& extent = w_.extents[w_.order[i]];
+      Obstacle& obstacle = r_.obstacles[i];
+      obstacle.id = id;
+      const obstacles::PixelSums& sums = w_.sums[at(id)];
+      obstacle.pixels = sums.count;
+      obstacle.centroid = centroid(sums);
+      obstacle.min_height_m = extent.low;
+      obstacle.max_height_m = extent.high;
+      obstacle.nearest_m = extent.nearest;
+      obstacle.contact = !drop && extent.contact;
+      const obstacles::Rectangle rectangle = extent.footprint.rectangle();
+      obstacle.box.centre << rectangle.centre, 0.5 * (extent.low + extent.high);
+      obstacle.box.size << rectangle.length, rectangle.width, extent.high - extent.low;
+      obstacle.box.yaw_rad = rectangle.yaw_rad;
+      find_planes(id, drop, obstacle);
+      obstacle.kind = drop ? ObstacleKind::drop : is_plane(obstacle) ? ObstacleKind::plane : ObstacleKind::object;
+    }
+  }
+
+ private:
+  void add(int cell, float q, float sigma_m, Impl::Extent& extent) const {
+    const obstacles::CellImage& cells = w_.sides.cells;
+    const double z = 1.0 / static_cast<double>(q);
+    const double u = (cells.column(cell) + 0.5) * cells.side - 0.5;
+    const double v = (cells.row(cell) + 0.5) * cells.side - 0.5;
+    const Eigen::Vector3d ray((u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy, 1.0);
+    const Eigen::Vector3d point = r_.ground.from_camera(z * ray);
+    extent.footprint.add(point.head<2>());
+    extent.low = std::min(extent.low, point.z());
+    extent.high = std::max(extent.high, point.z());
+    extent.nearest = std::min(extent.nearest, z * ray.norm());
+    // A cell that stands on the support is half a cell above it, and what is noise there.
+    const double reach = cells.side * z / std::min(camera_.fx, camera_.fy) + options_.least_height_m +
+                         options_.height_sigmas * static_cast<double>(sigma_m) * std::abs(r_.support_plane.normal.dot(ray));
+    extent.contact = extent.contact || point.z() <= reach;
+  }
+
+  [[nodiscard]] Eigen::Vector3d centroid(const obstacles::PixelSums& sums) const {
+    if (sums.count == 0) return Eigen::Vector3d::Zero();
+    const auto n = static_cast<double>(sums.count);
+    return {(sums.zu - sums.z * camera_.cx) / camera_.fx / n, (sums.zv - sums.z * camera_.cy) / camera_.fy / n, sums.z / n};
+  }
+
+  void find_planes(int id, bool drop, Obstacle& obstacle) const {
+    obstacle.planes.clear();
+    if (drop) return;
+    constexpr double kShare = 0.1;
+    for (const PlaneSegment& plane : segmentation_.planes) {
+      if (on_plane(id, plane.id) >= kShare * static_cast<double>(obstacle.pixels)) obstacle.planes.push_back(plane.id);
+    }
+    std::stable_sort(obstacle.planes.begin(), obstacle.planes.end(),
+                     [&](int a, int b) { return on_plane(id, a) > on_plane(id, b); });
+  }
+
+  [[nodiscard]] double on_plane(int id, int plane) const {
+    return w_.objects.on_plane[at(id) * (segmentation_.planes.size() + 1) + at(plane)];
+  }
+
+  [[nodiscard]] bool is_plane(const Obstacle& obstacle) const {
+    constexpr double kMost = 0.8;  // the rest are its edges
+    return !obstacle.planes.empty() &&
+           on_plane(obstacle.id, obstacle.planes.front()) >= kMost * static_cast<double>(obstacle.pixels);
+  }
+
+  const Camera& camera_;
+  const Segmentation& segmentation_;
+  const ObstacleOptions& options_;
+  Impl& w_;
+  Obstacles& r_;
+};
+
+template <class Raw>
+void find(const DepthView& depth, const Camera& camera, const Segmentation& segmentation, const ObstacleOptions& options,
+          const AxisLimits* limits, Impl& w, Obstacles& result) {
+  const DepthRows<Raw> rows(depth, camera, limits);
+  const DepthNoise noise = noise_of(segmentation);
+  obstacles::find_sides(rows, segmentation, result.support, result.support_plane, noise, options, w.row, w.sides);
+  obstacles::find_objects(w.sides, camera, noise, options, w.objects);
+  obstacles::find_drops(w.sides, camera, options, w.drops);
+  Describer describer(camera, segmentation, options, w, result);
+  describer.measure();
+  w.sums.assign(w.order.size() + 1, {});
+  obstacles::label_objects(rows, segmentation, w.sides, w.row, w.objects, w.sums, result.labels);
+  obstacles::label_drops(rows, w.sides, w.row, w.drops, w.sums, result.labels);
+  describer.describe();
+}
+
+Status check_sizes(const DepthView& depth, const Camera& camera, const Segmentation& segmentation) {
+  if (Status status = validate(depth); !status) return status;
+  if (Status status = validate(camera); !status) return status;
+  if (camera.width != depth.width() || camera.height != depth.height()) {
+    return Error{ErrorCode::invalid_argument, "the camera's size is not the depth image's"};
+  }
+  if (segmentation.width != depth.width() || segmentation.height != depth.height() ||
+      segmentation.labels.size() != depth.size()) {
+    return Error{ErrorCode::invalid_argument, "the segmentation's size is not the depth image's"};
+  }
+  return {};
+}
+
+}  // namespace
+
+Status validate(const ObstacleOptions& options) {
+  Status status;
+  for_each_obstacle_option(options, [&](const OptionInfo& info, double value) {
+    const bool low = info.open_min ? value <= info.min : value < info.min;
+    const bool high = info.open_max ? value >= info.max : value > info.max;
+    if (status && (std::isnan(value) || low || high)) {
+      status = Error{ErrorCode::invalid_argument, std::string(info.name) + " is out of range"};
+    }
+  });
+  if (!status) return status;
+  const SupportChoice& support = options.support;
+  if (support.kind == SupportKind::plane && (support.plane < kLabelFirst || support.plane > kMaxPlanes)) {
+    return Error{ErrorCode::invalid_argument, "support: " + std::to_string(support.plane) + " is no plane's label"};
+  }
+  return {};
+}
+
+Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
+                      const ObstacleOptions& options, const AxisLimits* limits, ObstacleWorkspace& workspace, Obstacles& result) {
+  const auto start = std::chrono::steady_clock::now();
+  result.obstacles.clear();
+  result.support.clear();
+  result.labels.clear();
+  if (Status status = validate(options); !status) return status;
+  if (Status status = check_sizes(depth, camera, segmentation); !status) return status;
+  result.width = depth.width();
+  result.height = depth.height();
+  result.labels.assign(depth.size(), 0);
+  choose_support(segmentation, options.support, result.support);
+  if (!result.support.empty()) {
+    result.support_plane = segmentation.planes[at(result.support.front() - 1)].plane;
+    result.ground = ground_frame(result.support_plane);
+    with_raw_type(depth.format(),
+                  [&](auto raw) { find<decltype(raw)>(depth, camera, segmentation, options, limits, workspace.impl(), result); });
+  }
+  result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return {};
+}
+
+Result<Obstacles> find_obstacles(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
+                                 const ObstacleOptions& options, const AxisLimits* limits) {
+  ObstacleWorkspace workspace;
+  Obstacles result;
+  if (Status status = find_obstacles(depth, camera, segmentation, options, limits, workspace, result); !status)
+    return status.error();
+  return result;
+}
+
+std::vector<std::vector<Outline>> drop_outlines(const Obstacles& obstacles, const Camera& camera, const OutlineOptions& options) {
+  // As a segmentation whose planes are all the support.
+  Segmentation drops;
+  drops.width = obstacles.width;
+  drops.height = obstacles.height;
+  std::vector<std::uint8_t> label_of(obstacles.obstacles.size() + 1, kLabelNoPlane);
+  std::vector<std::size_t> whose;
+  for (const Obstacle& obstacle : obstacles.obstacles) {
+    if (obstacle.kind != ObstacleKind::drop || whose.size() == at(kMaxPlanes)) continue;
+    whose.push_back(at(obstacle.id - 1));
+    label_of[at(obstacle.id)] = static_cast<std::uint8_t>(whose.size());
+    drops.planes.push_back({.id = static_cast<int>(whose.size()), .plane = obstacles.support_plane});
+  }
+  std::vector<std::vector<Outline>> result(obstacles.obstacles.size());
+  if (whose.empty()) return result;
+  drops.labels.resize(obstacles.labels.size());
+  std::transform(obstacles.labels.begin(), obstacles.labels.end(), drops.labels.begin(),
+                 [&](std::uint16_t id) { return label_of[id]; });
+  std::vector<std::vector<Outline>> found = outlines(drops, camera, options);
+  for (std::size_t i = 0; i < whose.size(); ++i) result[whose[i]] = std::move(found[i]);
+  return result;
+}
+
+}  // namespace fransac
