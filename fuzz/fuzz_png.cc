@@ -35,9 +35,10 @@ void check_round_trip(const Result<Image>& image, Result<Image> (*decode)(std::s
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const auto bytes = std::as_bytes(std::span(data, size)).subspan(1);
-  switch (data[0] % 3) {
+  switch (data[0] % 4) {
     case 0: check_round_trip(io::decode_depth_png(bytes, "picture"), &io::decode_depth_png); break;
     case 1: check_round_trip(io::decode_label_png(bytes, "picture"), &io::decode_label_png); break;
+    case 3: check(io::decode_object_png(bytes, "picture"), 1); break;
     default: check(io::decode_colour_image(bytes, "picture"), 3); break;
   }
   return 0;

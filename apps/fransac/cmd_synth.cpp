@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include "commands.hpp"
 #include "errors.hpp"
 #include "fransac/io/dataset.hpp"
+#include "fransac/io/file.hpp"
 #include "fransac/synth/synth.hpp"
 #include "options.hpp"
 #include "output.hpp"
@@ -22,6 +24,11 @@ namespace fransac {
 template <>
 struct EnumNames<synth::Sensor> {
   static constexpr std::string_view values[] = {"none", "kinect1", "stereo", "tof"};
+};
+
+template <>
+struct EnumNames<synth::Motion> {
+  static constexpr std::string_view values[] = {"sway", "walk"};
 };
 
 namespace cli {
@@ -54,30 +61,49 @@ std::string scene_list() {
   return list + "all";
 }
 
-/// The same field of view on another number of pixels; (0, 0) is the centre of a pixel, hence the halves.
-Camera scaled(Camera camera, int width, int height) {
-  const double sx = static_cast<double>(width) / camera.width;
-  const double sy = static_cast<double>(height) / camera.height;
-  camera.fx *= sx;
-  camera.fy *= sy;
-  camera.cx = (camera.cx + 0.5) * sx - 0.5;
-  camera.cy = (camera.cy + 0.5) * sy - 0.5;
-  camera.width = width;
-  camera.height = height;
-  return camera;
-}
-
-void write_synth_frame(const fs::path& folder, synth::SynthFrame frame) {
+void write_synth_frame(const fs::path& folder, synth::Motion motion, synth::SynthFrame frame) {
   const int width = frame.camera.width;
   const int height = frame.camera.height;
   check(io::write_frame(folder, {.camera = frame.camera,
                                  .depth = {width, height, 1, std::move(frame.depth)},
                                  .labels = io::LabelImage{width, height, 1, std::move(frame.labels)},
+                                 .objects = io::ObjectImage{width, height, 1, std::move(frame.objects)},
                                  .colour = io::ColourImage{width, height, 3, std::move(frame.colour)},
-                                 .true_planes = std::move(frame.true_planes)}));
+                                 .label_scope = motion == synth::Motion::walk ? io::LabelScope::sequence : io::LabelScope::frame,
+                                 .true_planes = std::move(frame.true_planes),
+                                 .true_objects = std::move(frame.true_objects),
+                                 .T_world_camera = frame.T_world_camera}));
 }
 
+/// The lists that make a folder of frames a TUM RGB-D sequence with its camera's path.
+class SequenceLists {
+ public:
+  void add(const std::string& frame_folder, int frame, const Eigen::Isometry3d& pose) {
+    const std::string time = fmt::format("{:.6f}", frame / synth::kFrameRate_hz);
+    depth_ += fmt::format("{} {}/depth.png\n", time, frame_folder);
+    colour_ += fmt::format("{} {}/rgb.png\n", time, frame_folder);
+    const Eigen::Vector3d t = pose.translation();
+    const Eigen::Quaterniond q(pose.linear());
+    poses_ += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", time, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(),
+                          q.w());
+  }
+
+  void write(const fs::path& folder, Unfinished& output) const {
+    check(io::write_file(output.add(folder / "rgb.txt"), colour_));
+    check(io::write_file(output.add(folder / "groundtruth.txt"), poses_));
+    check(io::write_file(output.add(folder / "depth.txt"), depth_));
+  }
+
+ private:
+  std::string depth_ = "# timestamp filename\n";
+  std::string colour_ = "# timestamp filename\n";
+  std::string poses_ = "# timestamp tx ty tz qx qy qz qw (camera to world; metres)\n";
+};
+
 void run_synth(const SynthCommand& command) {
+  if (command.options.motion == synth::Motion::walk && command.options.scene == "all") {
+    throw UsageError("--motion walk makes a sequence of one scene: choose one with --scene, not all");
+  }
   check_output_folder("OUT_DIR", command.folder);
   if (fs::exists(command.folder) && !fs::is_empty(command.folder)) {
     throw Failure(fmt::format("OUT_DIR: '{}' is not empty; choose a new folder", command.folder.string()));
@@ -89,7 +115,8 @@ void run_synth(const SynthCommand& command) {
   output.make_folder(command.folder);
   Progress progress(scenes.size() * static_cast<std::size_t>(command.frames));
   synth::SynthOptions options = command.options;
-  options.camera = scaled(options.camera, command.width, command.height);
+  options.camera = synth::resized(options.camera, command.width, command.height);
+  SequenceLists lists;
   for (const std::string& scene : scenes) {
     for (options.frame = 0; options.frame < command.frames; ++options.frame) {
       options.scene = scene;
@@ -97,11 +124,14 @@ void run_synth(const SynthCommand& command) {
       const auto digits = std::to_string(command.frames - 1).size();
       const std::string name = fmt::format("{}_{}_{:0{}}", scene, options.seed, options.frame, digits);
       progress.step(name);
-      write_synth_frame(output.add(command.folder / name), unwrap(synth::render(options)));
+      synth::SynthFrame frame = unwrap(synth::render(options));
+      lists.add(name, options.frame, frame.T_world_camera);
+      write_synth_frame(output.add(command.folder / name), options.motion, std::move(frame));
     }
   }
   output.add(command.folder / "dataset.json");
   check(io::write_dataset_json(command.folder, io::Truth::planes, principle(options.sensor)));
+  if (options.motion == synth::Motion::walk) lists.write(command.folder, output);
   output.finish();
 }
 
@@ -109,6 +139,20 @@ void check_scene(const std::string& scene) {
   const auto known = synth::scene_names();
   if (scene == "all" || std::find(known.begin(), known.end(), scene) != known.end()) return;
   throw CLI::ValidationError("--scene", fmt::format("expected one of {}, not '{}'", scene_list(), scene));
+}
+
+/// Adds "--name NAME", one of an enum's names.
+template <Named Enum>
+void add_choice(CLI::App& app, const std::string& name, Enum& value, const std::string& help) {
+  app.add_option_function<std::string>(
+         name,
+         [name, &value](const std::string& text) {
+           const auto known = enum_from_name<Enum>(text);
+           if (!known) throw CLI::ValidationError(name, fmt::format("expected one of {}, not '{}'", enum_list<Enum>(), text));
+           value = *known;
+         },
+         fmt::format("{} [one of {}; default: {}]", help, enum_list<Enum>(), enum_name(value)))
+      ->type_name("NAME");
 }
 
 }  // namespace
@@ -126,24 +170,17 @@ Command add_synth(CLI::App& parent) {
          },
          fmt::format("what is seen [one of {}; default: {}]", scene_list(), options.scene))
       ->type_name("NAME");
-  app->add_option_function<std::string>(
-         "--noise",
-         [&options](const std::string& name) {
-           const auto sensor = enum_from_name<synth::Sensor>(name);
-           if (!sensor) {
-             throw CLI::ValidationError("--noise", fmt::format("expected one of {}, not '{}'", enum_list<synth::Sensor>(), name));
-           }
-           options.sensor = *sensor;
-         },
-         fmt::format("how depth is measured [one of {}; default: {}]", enum_list<synth::Sensor>(), enum_name(options.sensor)))
-      ->type_name("NAME");
+  add_choice(*app, "--noise", options.sensor, "how depth is measured");
+  add_choice(*app, "--motion", options.motion, "how the camera moves: about a spot, or on a smooth round as one sequence");
   add_count(*app, "--frames", command->frames, 1, 100000, "frames per scene");
   add_seed(*app, options.seed, "seed of the scene's objects and the noise");
   add_count(*app, "--width", command->width, 16, kMaxImageSide, "columns; the field of view stays");
   add_count(*app, "--height", command->height, 16, kMaxImageSide, "rows; the field of view stays");
   app->footer(
-      "Writes OUT_DIR/<scene>_<seed>_<frame>/ with depth.png, camera.json, labels.png, rgb.png and truth.json, and "
+      "Writes OUT_DIR/<scene>_<seed>_<frame>/ with depth.png, camera.json, labels.png, objects.png, rgb.png and truth.json, and "
       "OUT_DIR/dataset.json.\n"
+      "--motion walk: 1 to 3 cm and 0.3 to 1 degree a frame; a label is the same plane in all frames; depth.txt, rgb.txt and "
+      "groundtruth.txt (poses, camera to world) make OUT_DIR a TUM RGB-D sequence at 30 frames a second.\n"
       "Nothing is ever overwritten; a run that fails leaves nothing behind; one ended by a signal leaves the "
       "frames done by then.");
   return {app, [command] { run_synth(*command); }};

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <new>
 #include <string>
+#include <utility>
 
 #include "fransac/core/labels.hpp"
 
@@ -29,10 +30,10 @@ double harmonic_mean(double a, double b) { return ratio(2.0 * a * b, a + b); }
 
 bool is_plane(std::size_t label) { return label != kLabelNoDepth && label != kLabelNoPlane; }
 
-Status check_sizes(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted) {
-  if (truth.size() == predicted.size()) return {};
-  return Error{ErrorCode::invalid_argument, "truth has " + std::to_string(truth.size()) + " labels, the prediction " +
-                                                std::to_string(predicted.size()) + ": the sizes must be equal"};
+Status check_sizes(std::size_t truth, std::size_t predicted) {
+  if (truth == predicted) return {};
+  return Error{ErrorCode::invalid_argument, "truth has " + std::to_string(truth) + " labels, the prediction " +
+                                                std::to_string(predicted) + ": the sizes must be equal"};
 }
 
 /// How many judged pixels (truth != 0) have each pair of labels.
@@ -54,11 +55,6 @@ struct Confusion {
     }
   }
 
-  [[nodiscard]] double iou(std::size_t t, std::size_t p) const {
-    const std::uint64_t both = pixels[t][p];
-    return ratio(both, truth[t] + predicted[p] - both);
-  }
-
   /// Predicted label `p` against truth label `t`.
   [[nodiscard]] Detection detection(std::size_t t, std::size_t p) const {
     const std::uint64_t both = pixels[t][p];
@@ -66,75 +62,165 @@ struct Confusion {
   }
 };
 
-/// The labels of the planes that are large enough to count.
-std::vector<std::size_t> planes_of(const Counts& counts, std::uint64_t judged, double min_share) {
-  std::vector<std::size_t> labels;
-  for (std::size_t label = 0; label < kLabels; ++label) {
-    const bool large = static_cast<double>(counts[label]) >= min_share * static_cast<double>(judged);
-    if (is_plane(label) && counts[label] > 0 && large) labels.push_back(label);
-  }
-  return labels;
-}
+/// A plane or an object in an image.
+struct Region {
+  std::size_t label = 0;
+  std::uint64_t pixels = 0;
+};
 
+/// Two regions, by index, and what they have in common.
 struct Pair {
   std::size_t truth = 0;
   std::size_t predicted = 0;
+  std::uint64_t pixels = 0;
   double iou = 0.0;
 };
 
-/// All overlapping pairs, best first; ties in the order of the labels.
-std::vector<Pair> overlapping_pairs(const Confusion& confusion, std::span<const std::size_t> truth,
-                                    std::span<const std::size_t> predicted) {
-  std::vector<Pair> pairs;
-  for (const std::size_t t : truth) {
-    for (const std::size_t p : predicted) {
-      if (confusion.pixels[t][p] > 0) pairs.push_back({t, p, confusion.iou(t, p)});
+/// True and predicted regions and how they overlap.
+struct Overlaps {
+  std::vector<Region> truth;
+  std::vector<Region> predicted;
+  std::vector<Pair> pairs;  ///< All that overlap, best first; ties in the order of the regions.
+
+  /// `found` in the order of the regions; IoUs are not known yet.
+  Overlaps(std::vector<Region> true_regions, std::vector<Region> predicted_regions, std::vector<Pair> found)
+      : truth(std::move(true_regions)), predicted(std::move(predicted_regions)), pairs(std::move(found)) {
+    for (Pair& pair : pairs) {
+      pair.iou = ratio(pair.pixels, truth[pair.truth].pixels + predicted[pair.predicted].pixels - pair.pixels);
     }
+    std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.iou > b.iou; });
   }
-  std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.iou > b.iou; });
-  return pairs;
+
+  /// The best IoU of each true region.
+  [[nodiscard]] std::vector<double> best_iou() const {
+    std::vector<double> best(truth.size(), 0.0);
+    for (const Pair& pair : pairs) best[pair.truth] = std::max(best[pair.truth], pair.iou);
+    return best;
+  }
+};
+
+/// The planes that are large enough to count.
+std::vector<Region> planes_of(const Counts& counts, std::uint64_t judged, double min_share) {
+  std::vector<Region> planes;
+  for (std::size_t label = 0; label < kLabels; ++label) {
+    const bool large = static_cast<double>(counts[label]) >= min_share * static_cast<double>(judged);
+    if (is_plane(label) && counts[label] > 0 && large) planes.push_back({label, counts[label]});
+  }
+  return planes;
 }
 
-/// One-to-one matches, best first. Above an IoU of one half no plane has two candidates; at exactly one half it may.
-InstanceMetrics::AtIou match(std::span<const Pair> pairs, double threshold, int true_planes, int predicted_planes) {
+Overlaps overlaps_of(const Confusion& confusion, double min_share) {
+  std::vector<Region> truth = planes_of(confusion.truth, confusion.judged, min_share);
+  std::vector<Region> predicted = planes_of(confusion.predicted, confusion.judged, min_share);
+  std::vector<Pair> pairs;
+  for (std::size_t t = 0; t < truth.size(); ++t) {
+    for (std::size_t p = 0; p < predicted.size(); ++p) {
+      const std::uint64_t both = confusion.pixels[truth[t].label][predicted[p].label];
+      if (both > 0) pairs.push_back({t, p, both});
+    }
+  }
+  return {std::move(truth), std::move(predicted), std::move(pairs)};
+}
+
+constexpr std::size_t kIds = std::size_t{1} << 16;
+
+/// The objects of an image, by id, and where in the list each id is.
+struct Objects {
+  std::vector<Region> regions;
+  std::vector<std::size_t> index;
+
+  Objects(std::span<const std::uint16_t> ids, std::span<const char> judged) : index(kIds, 0) {
+    std::vector<std::uint64_t> counts(kIds, 0);
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      if (judged[i] != 0) ++counts[ids[i]];
+    }
+    for (std::size_t id = 1; id < kIds; ++id) {
+      if (counts[id] == 0) continue;
+      index[id] = regions.size();
+      regions.push_back({id, counts[id]});
+    }
+  }
+};
+
+Overlaps overlaps_of(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
+                     std::span<const char> judged) {
+  Objects true_objects(truth, judged);
+  Objects predicted_objects(predicted, judged);
+  // Ids may be as many as pixels, a table of all pairs out of reach: the pairs that there are, pixel by pixel, sorted.
+  std::vector<std::uint32_t> both;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (judged[i] != 0 && truth[i] != 0 && predicted[i] != 0) both.push_back(std::uint32_t{truth[i]} << 16 | predicted[i]);
+  }
+  std::sort(both.begin(), both.end());
+  std::vector<Pair> pairs;
+  for (auto first = both.begin(); first != both.end();) {
+    const auto last = std::upper_bound(first, both.end(), *first);
+    pairs.push_back({true_objects.index[*first >> 16], predicted_objects.index[*first & (kIds - 1)],
+                     static_cast<std::uint64_t>(last - first)});
+    first = last;
+  }
+  return {std::move(true_objects.regions), std::move(predicted_objects.regions), std::move(pairs)};
+}
+
+/// One-to-one matches, best first. Above an IoU of one half no region has two candidates; at exactly one half it may.
+InstanceMetrics::AtIou match(const Overlaps& overlaps, double threshold) {
   InstanceMetrics::AtIou at{.threshold = threshold};
-  std::array<bool, kLabels> truth_used{};
-  std::array<bool, kLabels> predicted_used{};
+  std::vector<bool> truth_used(overlaps.truth.size());
+  std::vector<bool> predicted_used(overlaps.predicted.size());
   double iou_sum = 0.0;
-  for (const Pair& pair : pairs) {
+  for (const Pair& pair : overlaps.pairs) {
     if (pair.iou < threshold || truth_used[pair.truth] || predicted_used[pair.predicted]) continue;
     truth_used[pair.truth] = predicted_used[pair.predicted] = true;
     iou_sum += pair.iou;
     ++at.matched;
   }
-  at.precision = ratio(at.matched, predicted_planes);
-  at.recall = ratio(at.matched, true_planes);
+  at.precision = ratio(at.matched, overlaps.predicted.size());
+  at.recall = ratio(at.matched, overlaps.truth.size());
   at.f1 = harmonic_mean(at.precision, at.recall);
   at.mean_iou = ratio(iou_sum, at.matched);
   return at;
 }
 
-/// Share of the `covering` planes that hold most of two or more of the `covered` planes.
-template <class Overlap>
-double share_covering_several(std::span<const std::size_t> covering, std::span<const std::size_t> covered,
-                              const Counts& covered_size, Overlap overlap) {
-  const auto several = std::count_if(covering.begin(), covering.end(), [&](std::size_t a) {
-    return std::count_if(covered.begin(), covered.end(),
-                         [&](std::size_t b) { return ratio(overlap(a, b), covered_size[b]) > kMost; }) >= 2;
-  });
-  return ratio(several, covering.size());
+/// Share of the regions on one side (`&Pair::truth` or `&Pair::predicted`) that hold most of two or more of the other's.
+double share_holding_several(const Overlaps& overlaps, std::size_t Pair::*side) {
+  const bool of_truth = side == &Pair::truth;
+  const std::vector<Region>& held = of_truth ? overlaps.predicted : overlaps.truth;
+  const auto other = of_truth ? &Pair::predicted : &Pair::truth;
+  std::vector<int> holds(of_truth ? overlaps.truth.size() : overlaps.predicted.size(), 0);
+  for (const Pair& pair : overlaps.pairs) {
+    if (ratio(pair.pixels, held[pair.*other].pixels) > kMost) ++holds[pair.*side];
+  }
+  return ratio(std::count_if(holds.begin(), holds.end(), [](int count) { return count >= 2; }), holds.size());
 }
 
-double weighted_iou(const Confusion& confusion, std::span<const std::size_t> truth, std::span<const std::size_t> predicted) {
+/// What planes and objects are judged by alike.
+template <class Metrics>
+void add_matches(const Overlaps& overlaps, Metrics& metrics) {
+  metrics.at50 = match(overlaps, 0.5);
+  metrics.at75 = match(overlaps, 0.75);
+  metrics.under_segmentation = share_holding_several(overlaps, &Pair::predicted);
+  metrics.over_segmentation = share_holding_several(overlaps, &Pair::truth);
+}
+
+double weighted_iou(const Overlaps& overlaps) {
+  const std::vector<double> best = overlaps.best_iou();
   double sum = 0.0;
   double weight = 0.0;
-  for (const std::size_t t : truth) {
-    double best = 0.0;
-    for (const std::size_t p : predicted) best = std::max(best, confusion.iou(t, p));
-    sum += best * static_cast<double>(confusion.truth[t]);
-    weight += static_cast<double>(confusion.truth[t]);
+  for (std::size_t t = 0; t < best.size(); ++t) {
+    const auto pixels = static_cast<double>(overlaps.truth[t].pixels);
+    sum += best[t] * pixels;
+    weight += pixels;
   }
   return ratio(sum, weight);
+}
+
+/// Predicted objects without a true one on most of their pixels.
+int false_objects(const Overlaps& overlaps) {
+  auto count = static_cast<int>(overlaps.predicted.size());
+  for (const Pair& pair : overlaps.pairs) {
+    if (ratio(pair.pixels, overlaps.predicted[pair.predicted].pixels) > kMost) --count;  // at most once for each
+  }
+  return count;
 }
 
 double plane_pixel_f1(const Confusion& confusion) {
@@ -150,15 +236,46 @@ double plane_pixel_f1(const Confusion& confusion) {
   return on_plane.f1();
 }
 
-/// Runs `compute` on the confusion of two label images of equal size.
+/// `compute()`, which may run out of memory.
 template <class T, class Compute>
-Result<T> compare(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted, Compute compute) {
-  if (const Status status = check_sizes(truth, predicted); !status) return status.error();
+Result<T> within_memory(Compute compute) {
   try {
-    return compute(Confusion(truth, predicted));
+    return compute();
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::out_of_memory, "not enough memory to compare labels"};
   }
+}
+
+/// Runs `compute` on the confusion of two label images of equal size.
+template <class T, class Compute>
+Result<T> compare(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted, Compute compute) {
+  if (const Status status = check_sizes(truth.size(), predicted.size()); !status) return status.error();
+  return within_memory<T>([&] { return compute(Confusion(truth, predicted)); });
+}
+
+template <class Mask>
+Result<ObjectMetrics> compare_objects(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
+                                      std::span<const Mask> mask) {
+  if (const Status status = check_sizes(truth.size(), predicted.size()); !status) return status.error();
+  if (mask.size() != truth.size()) {
+    return Error{ErrorCode::invalid_argument, "truth has " + std::to_string(truth.size()) + " pixels, what is judged " +
+                                                  std::to_string(mask.size()) + ": the sizes must be equal"};
+  }
+  return within_memory<ObjectMetrics>([&] {
+    std::vector<char> judged(mask.size());
+    std::transform(mask.begin(), mask.end(), judged.begin(), [](Mask value) { return value != 0 ? 1 : 0; });
+    const Overlaps overlaps = overlaps_of(truth, predicted, judged);
+    ObjectMetrics metrics;
+    metrics.true_objects = static_cast<int>(overlaps.truth.size());
+    metrics.predicted_objects = static_cast<int>(overlaps.predicted.size());
+    add_matches(overlaps, metrics);
+    metrics.false_objects = false_objects(overlaps);
+    const std::vector<double> best = overlaps.best_iou();
+    for (std::size_t t = 0; t < best.size(); ++t) {
+      metrics.objects.push_back({static_cast<std::uint16_t>(overlaps.truth[t].label), overlaps.truth[t].pixels, best[t]});
+    }
+    return metrics;
+  });
 }
 
 }  // namespace
@@ -201,24 +318,27 @@ Result<InstanceMetrics> instance_metrics(std::span<const std::uint8_t> truth, st
     return Error{ErrorCode::invalid_argument, "min_share must be between 0 and 1, not " + std::to_string(min_share)};
   }
   return compare<InstanceMetrics>(truth, predicted, [&](const Confusion& confusion) {
-    const auto true_labels = planes_of(confusion.truth, confusion.judged, min_share);
-    const auto predicted_labels = planes_of(confusion.predicted, confusion.judged, min_share);
-    const auto pairs = overlapping_pairs(confusion, true_labels, predicted_labels);
+    const Overlaps overlaps = overlaps_of(confusion, min_share);
     InstanceMetrics metrics;
-    metrics.true_planes = static_cast<int>(true_labels.size());
-    metrics.predicted_planes = static_cast<int>(predicted_labels.size());
-    metrics.at50 = match(pairs, 0.5, metrics.true_planes, metrics.predicted_planes);
-    metrics.at75 = match(pairs, 0.75, metrics.true_planes, metrics.predicted_planes);
-    metrics.under_segmentation = share_covering_several(predicted_labels, true_labels, confusion.truth,
-                                                        [&](std::size_t p, std::size_t t) { return confusion.pixels[t][p]; });
-    metrics.over_segmentation = share_covering_several(true_labels, predicted_labels, confusion.predicted,
-                                                       [&](std::size_t t, std::size_t p) { return confusion.pixels[t][p]; });
+    metrics.true_planes = static_cast<int>(overlaps.truth.size());
+    metrics.predicted_planes = static_cast<int>(overlaps.predicted.size());
+    add_matches(overlaps, metrics);
     metrics.missed = ratio(metrics.true_planes - metrics.at50.matched, metrics.true_planes);
     metrics.noise = ratio(metrics.predicted_planes - metrics.at50.matched, metrics.predicted_planes);
-    metrics.weighted_iou = weighted_iou(confusion, true_labels, predicted_labels);
+    metrics.weighted_iou = weighted_iou(overlaps);
     metrics.plane_pixel_f1 = plane_pixel_f1(confusion);
     return metrics;
   });
+}
+
+Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
+                                     std::span<const std::uint8_t> judged) {
+  return compare_objects(truth, predicted, judged);
+}
+
+Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
+                                     std::span<const std::uint16_t> depth) {
+  return compare_objects(truth, predicted, depth);
 }
 
 PlaneError plane_error(const Plane& truth, const Plane& predicted) {

@@ -47,6 +47,7 @@ FrameFiles frame_in(const fs::path& folder, const fs::path& depth, std::string n
   frame.depth = depth;
   frame.colour = colour_in(folder);
   frame.labels = if_file(folder / "labels.png");
+  frame.objects = if_file(folder / "objects.png");
   frame.truth = if_file(folder / "truth.json");
   frame.camera_file = if_file(folder / "camera.json");
   return frame;
@@ -154,6 +155,12 @@ Result<std::vector<TumEntry>> read_tum_list(const fs::path& file) {
   return parse_tum_list(as_text(*bytes), file.string());
 }
 
+/// What lies beside such a depth image is its own.
+bool is_depth_of_its_folder(const TumEntry& entry) {
+  const fs::path file(entry.file);
+  return file.has_parent_path() && file.filename() == "depth.png";
+}
+
 Status list_tum(const fs::path& folder, Dataset& dataset) {
   const Result<std::vector<TumEntry>> depth = read_tum_list(folder / "depth.txt");
   if (!depth) return depth.error();
@@ -161,16 +168,17 @@ Status list_tum(const fs::path& folder, Dataset& dataset) {
       is_file(folder / "rgb.txt") ? read_tum_list(folder / "rgb.txt") : std::vector<TumEntry>{};
   if (!colour) return colour.error();
   for (const TumEntry& entry : *depth) {
-    FrameFiles frame;
+    const fs::path file = folder / entry.file;
+    FrameFiles frame =
+        is_depth_of_its_folder(entry) ? frame_in(file.parent_path(), file, {}) : frame_among_many(file, std::nullopt);
     frame.name = entry.timestamp;
-    frame.depth = folder / entry.file;
     if (const TumEntry* picture = nearest_entry(*colour, entry.time_s)) frame.colour = folder / picture->file;
-    frame.camera_file = if_file(folder / "camera.json");
+    if (!frame.camera_file) frame.camera_file = if_file(folder / "camera.json");
     frame.camera = tum_camera(dataset.name);
     frame.timestamp_s = entry.time_s;
     dataset.frames.push_back(std::move(frame));
   }
-  return {};
+  return describe(dataset, {folder});
 }
 
 Status list_kind(const fs::path& input, Dataset& dataset) {

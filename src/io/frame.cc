@@ -37,15 +37,18 @@ Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>&
   return camera;
 }
 
-Status load_labels(const FrameFiles& files, Frame& frame) {
-  if (!files.labels) return {};
-  Result<LabelImage> labels = read_label_png(*files.labels);
-  if (!labels) return labels.error();
-  if (labels->width != frame.depth.width || labels->height != frame.depth.height) {
-    return format_error(*files.labels, "has " + size_text(labels->width, labels->height) + " pixels, but " +
-                                           files.depth.string() + " has " + size_text(frame.depth.width, frame.depth.height));
+/// Loads an image of the depth image's size with `read`, where there is one.
+template <class Image>
+Status load_image(const std::optional<fs::path>& file, Result<Image> (*read)(const fs::path&), const FrameFiles& files,
+                  const DepthImage& depth, std::optional<Image>& loaded) {
+  if (!file) return {};
+  Result<Image> image = read(*file);
+  if (!image) return image.error();
+  if (image->width != depth.width || image->height != depth.height) {
+    return format_error(*file, "has " + size_text(image->width, image->height) + " pixels, but " + files.depth.string() +
+                                   " has " + size_text(depth.width, depth.height));
   }
-  frame.labels = *std::move(labels);
+  loaded = *std::move(image);
   return {};
 }
 
@@ -69,6 +72,7 @@ Status check_frame(const fs::path& folder, const FrameToWrite& frame) {
   if (const Status status = validate(frame.camera); !status) return refuse(status.error().message);
   if (!fits(frame.depth, 1)) return refuse("depth has not the camera's size");
   if (frame.labels && !fits(*frame.labels, 1)) return refuse("labels have not the camera's size");
+  if (frame.objects && !fits(*frame.objects, 1)) return refuse("objects have not the camera's size");
   if (frame.colour && !fits(*frame.colour, 3)) return refuse("colour has not the camera's size or not three channels");
   return {};
 }
@@ -83,12 +87,14 @@ Status write_frame_files(const fs::path& folder, const FrameToWrite& frame) {
   if (frame.labels) {
     if (Status status = write_png(folder / "labels.png", *frame.labels); !status) return status;
   }
+  if (frame.objects) {
+    if (Status status = write_object_png(folder / "objects.png", *frame.objects); !status) return status;
+  }
   if (frame.colour) {
     if (Status status = write_png(folder / "rgb.png", *frame.colour); !status) return status;
   }
-  if (frame.true_planes.empty()) return {};
-  return write_file(folder / "truth.json",
-                    truth_to_json(frame.true_planes, frame.depth, frame.labels ? &*frame.labels : nullptr));
+  if (frame.true_planes.empty() && frame.true_objects.empty() && !frame.T_world_camera) return {};
+  return write_file(folder / "truth.json", truth_to_json(frame));
 }
 
 }  // namespace
@@ -99,9 +105,11 @@ Result<Frame> load_frame(const FrameFiles& files, const std::optional<fs::path>&
     if (!depth) return depth.error();
     const Result<Camera> camera = camera_of(files, camera_file, *depth);
     if (!camera) return camera.error();
-    Frame frame{files.name, *camera, *std::move(depth), std::nullopt, {}};
-    if (const Status status = load_labels(files, frame); !status) return status.error();
-    if (const Status status = load_truth(files, frame); !status) return status.error();
+    Frame frame{files.name, *camera, *std::move(depth), std::nullopt, std::nullopt, {}};
+    Status status = load_image(files.labels, &read_label_png, files, frame.depth, frame.labels);
+    if (status) status = load_image(files.objects, &read_object_png, files, frame.depth, frame.objects);
+    if (status) status = load_truth(files, frame);
+    if (!status) return status.error();
     return frame;
   });
 }

@@ -212,6 +212,21 @@ Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std:
   return decode_grey_png<std::uint8_t>(bytes, name, "a label image (8-bit greyscale PNG)");
 }
 
+Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const std::string& name) {
+  return guarded(name, [&]() -> Result<ObjectImage> {
+    const Result<PngReader> reader = open_png(bytes, name);
+    if (!reader) return reader.error();
+    const bool grey = reader->header.color_type == SPNG_COLOR_TYPE_GRAYSCALE;
+    if (grey && reader->header.bit_depth == 16) return decode_png<std::uint16_t>(*reader, SPNG_FMT_PNG, 1, name);
+    if (!grey || reader->header.bit_depth != 8) {
+      return format_error(name, describe(reader->header) + ", not an image of object ids (8-bit or 16-bit greyscale PNG)");
+    }
+    const Result<LabelImage> narrow = decode_png<std::uint8_t>(*reader, SPNG_FMT_PNG, 1, name);
+    if (!narrow) return narrow.error();
+    return ObjectImage{narrow->width, narrow->height, 1, {narrow->pixels.begin(), narrow->pixels.end()}};
+  });
+}
+
 Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const std::string& name) {
   return guarded(name, [&]() -> Result<ColourImage> {
     if (as_text(bytes).starts_with(kJpegSignature)) return decode_jpeg(bytes, name);
@@ -224,6 +239,9 @@ Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const 
 
 Result<DepthImage> read_depth_png(const std::filesystem::path& file) { return read_image<DepthImage>(file, &decode_depth_png); }
 Result<LabelImage> read_label_png(const std::filesystem::path& file) { return read_image<LabelImage>(file, &decode_label_png); }
+Result<ObjectImage> read_object_png(const std::filesystem::path& file) {
+  return read_image<ObjectImage>(file, &decode_object_png);
+}
 Result<ColourImage> read_colour_image(const std::filesystem::path& file) {
   return read_image<ColourImage>(file, &decode_colour_image);
 }
@@ -245,6 +263,18 @@ Result<std::vector<std::byte>> encode_png(const Image<std::uint8_t>& image) {
 
 Status write_png(const std::filesystem::path& file, const DepthImage& image) { return write_image(file, image); }
 Status write_png(const std::filesystem::path& file, const Image<std::uint8_t>& image) { return write_image(file, image); }
+
+Status write_object_png(const std::filesystem::path& file, const ObjectImage& image) {
+  return guarded(file.native(), [&]() -> Status {
+    if (std::any_of(image.pixels.begin(), image.pixels.end(), [](std::uint16_t id) { return id > 0xff; })) {
+      return write_image(file, image);
+    }
+    LabelImage narrow{image.width, image.height, image.channels, std::vector<std::uint8_t>(image.pixels.size())};
+    std::transform(image.pixels.begin(), image.pixels.end(), narrow.pixels.begin(),
+                   [](std::uint16_t id) { return static_cast<std::uint8_t>(id); });
+    return write_image(file, narrow);
+  });
+}
 
 DepthView view(const DepthImage& image, double depth_scale) {
   return DepthView::from_uint16(image.pixels.data(), image.width, image.height, depth_scale);

@@ -12,6 +12,7 @@ namespace fransac::io {
 namespace {
 
 using nlohmann::json;
+using nlohmann::ordered_json;
 
 Result<Eigen::Vector3d> parse_normal(const json& object, const std::string& label, const std::string& name) {
   const auto found = object.find("normal");
@@ -44,6 +45,28 @@ std::array<std::size_t, 256> count_labels(const DepthImage& depth, const LabelIm
   return counts;
 }
 
+ordered_json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json plane_json(const Plane& plane) { return {{"normal", vector_json(plane.normal)}, {"d", plane.d}}; }
+
+ordered_json pose_json(const Eigen::Isometry3d& pose) {
+  const Eigen::Quaterniond q(pose.linear());
+  return {{"translation", vector_json(pose.translation())}, {"quaternion", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
+ordered_json object_json(const TrueObject& object, const FrameToWrite& frame) {
+  ordered_json entry{{"id", object.id}};
+  if (frame.objects) entry["pixels"] = std::count(frame.objects->pixels.begin(), frame.objects->pixels.end(), object.id);
+  entry["box"] = {{"centre", vector_json(object.box.centre)},
+                  {"size", vector_json(object.box.size)},
+                  {"along", vector_json(object.box.along)},
+                  {"up", vector_json(object.box.up)},
+                  {"yaw_rad", object.box.yaw_rad()}};
+  entry["support"] = object.support ? plane_json(*object.support) : ordered_json();
+  entry["height_range_m"] = object.support ? ordered_json{object.lowest_m, object.highest_m} : ordered_json();
+  return entry;
+}
+
 }  // namespace
 
 Result<LabelledPlanes> parse_truth_json(std::string_view text, const std::string& name) {
@@ -64,20 +87,25 @@ Result<LabelledPlanes> parse_truth_json(std::string_view text, const std::string
   return planes;
 }
 
-std::string truth_to_json(const LabelledPlanes& planes, const DepthImage& depth, const LabelImage* labels) {
-  const auto counts = labels != nullptr ? std::optional(count_labels(depth, *labels)) : std::nullopt;
-  nlohmann::ordered_json object{{"planes", json::array()}};
-  for (const auto& [label, plane] : planes) {
-    nlohmann::ordered_json entry{
-        {"label", label}, {"normal", {plane.normal.x(), plane.normal.y(), plane.normal.z()}}, {"d", plane.d}};
+std::string truth_to_json(const FrameToWrite& frame) {
+  const auto counts = frame.labels ? std::optional(count_labels(frame.depth, *frame.labels)) : std::nullopt;
+  ordered_json object{{"labels_hold_for", frame.label_scope == LabelScope::sequence ? "sequence" : "frame"}};
+  if (frame.T_world_camera) object["pose"] = pose_json(*frame.T_world_camera);
+  object["planes"] = json::array();
+  for (const auto& [label, plane] : frame.true_planes) {
+    ordered_json entry{{"label", label}};
+    entry.update(plane_json(plane));
     if (counts) entry["pixels"] = counts->at(static_cast<std::uint8_t>(label));
     object["planes"].push_back(std::move(entry));
   }
   if (counts) {
     object["nonplane_pixels"] = counts->at(kLabelNoPlane);
     object["ignored_pixels"] = counts->at(0);
-    object["valid_pixels"] = std::count_if(depth.pixels.begin(), depth.pixels.end(), [](std::uint16_t raw) { return raw != 0; });
+    object["valid_pixels"] =
+        std::count_if(frame.depth.pixels.begin(), frame.depth.pixels.end(), [](auto raw) { return raw != 0; });
   }
+  if (frame.objects) object["objects"] = json::array();
+  for (const TrueObject& thing : frame.true_objects) object["objects"].push_back(object_json(thing, frame));
   return to_text(object);
 }
 

@@ -45,10 +45,14 @@ bool Occupancy::find(Dice& dice, const AlignedBox2d& area, double radius, Vector
   return false;
 }
 
-void Builder::object() {
+void Builder::object() { group(true); }
+
+void Builder::fixture() { group(false); }
+
+void Builder::group(bool free_standing) {
   const int next = static_cast<int>(scene_.primitives.size());
-  if (!scene_.objects.empty() && scene_.objects.back().first == next) return;
-  scene_.objects.push_back({next, next});
+  if (!scene_.objects.empty() && scene_.objects.back().first == next) scene_.objects.pop_back();  // nothing came
+  scene_.objects.push_back({next, next, free_standing ? 1 : 0});
 }
 
 void Builder::add(Shape shape, const Isometry3d& pose, const Vector3d& half, const Material& material) {
@@ -114,6 +118,12 @@ void Builder::wall(const Vector2d& a, const Vector2d& b, double bottom, double t
   upright(point(done), b, bottom, top, material);
 }
 
-Scene Builder::finish() { return std::exchange(scene_, {}); }
+Scene Builder::finish() {
+  int things = 0;
+  for (Object& object : scene_.objects) {
+    if (object.id != 0) object.id = ++things;
+  }
+  return std::exchange(scene_, {});
+}
 
 }  // namespace fransac::synth::detail

@@ -55,8 +55,10 @@ class Occupancy {
 /// Solids are placed by a pose whose origin is the middle of their base, z up; their front is -y.
 class Builder {
  public:
-  /// What follows belongs to one object until the next call.
+  /// What follows belongs to one free-standing object until the next call of either.
   void object();
+  /// What follows belongs to the room, or is what things stand on.
+  void fixture();
   void box(const Eigen::Isometry3d& base, const Eigen::Vector3d& size, const Material& material);
   void cylinder(const Eigen::Isometry3d& base, double radius, double height, const Material& material);
   void sphere(const Eigen::Isometry3d& base, double radius, const Material& material);
@@ -73,6 +75,7 @@ class Builder {
   [[nodiscard]] Scene finish();
 
  private:
+  void group(bool free_standing);
   void add(Shape shape, const Eigen::Isometry3d& pose, const Eigen::Vector3d& half, const Material& material);
 
   Scene scene_;

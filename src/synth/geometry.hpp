@@ -68,6 +68,7 @@ Eigen::Vector3d surface_normal(const Primitive& primitive, int face, const Eigen
 struct Object {
   int first = 0;
   int last = 0;
+  int id = 0;  ///< 1, 2, 3 … for what stands freely; 0 for the room and what things stand on.
 };
 
 struct Scene {

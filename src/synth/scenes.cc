@@ -116,7 +116,7 @@ Material book_cover(Dice& dice) {
 void table(Builder& b, const Isometry3d& base, double width, double depth, double height) {
   constexpr double kTop = 0.03;
   constexpr double kLeg = 0.05;
-  b.object();
+  b.fixture();
   b.box(on(base, 0.0, 0.0, height - kTop), {width, depth, kTop}, table_wood());
   for (const double sx : {-1.0, 1.0}) {
     for (const double sy : {-1.0, 1.0}) {
@@ -279,13 +279,13 @@ struct RoomSize {
   double height;
 };
 
-// Floor, ceiling and four walls as one object; recesses[i] belong to the walls in front (y low), right, behind (y high), left.
+// Floor, ceiling and four walls as one fixture; recesses[i] belong to the walls in front (y low), right, behind (y high), left.
 void room(Builder& b, const RoomSize& size, const Material& floor, const std::array<Material, 4>& walls,
           const std::array<std::vector<Recess>, 4>& recesses = {}) {
   const Vector2d low = size.area.min();
   const Vector2d high = size.area.max();
   const std::array<Vector2d, 5> corners{low, Vector2d(high.x(), low.y()), high, Vector2d(low.x(), high.y()), low};
-  b.object();
+  b.fixture();
   b.level(size.area, 0.0, floor);
   b.level(size.area, size.height, ceiling_paint());
   for (std::size_t i = 0; i < 4; ++i) b.wall(corners[i], corners[i + 1], 0.0, size.height, walls[i], recesses[i]);
@@ -401,15 +401,15 @@ Stage stairs_up(Dice& dice, const Flight& f) {
   const double left = -0.5 * f.width;
   const double right = 0.5 * f.width + open_side;
   room(b, {AlignedBox2d(Vector2d(left, -2.8), Vector2d(right, end)), height}, floor, {other, paint, other, paint});
-  b.object();
+  b.fixture();
   for (int k = 0; k < f.steps; ++k) {
     const double from = k * f.tread;
     b.box(standing(0.0, 0.5 * (from + end), k * f.rise, 0.0), {f.width, end - from, f.rise}, step);
   }
   if (open_side > 0.0) {
-    b.object();
     for (int k = 0; k < f.steps; k += 2) {
       const double y = (k + 0.5) * f.tread;
+      b.object();
       b.cylinder(standing(0.5 * f.width - 0.05, y, (k + 1) * f.rise, 0.0), 0.015, 0.9, metal());
     }
   }
@@ -436,7 +436,7 @@ Stage stairs_down(Dice& dice, const Flight& f) {
   constexpr double kCeiling = 2.5;
 
   Builder b;
-  b.object();
+  b.fixture();
   b.level(AlignedBox2d(Vector2d(left, kStart), Vector2d(right, 0.0)), 0.0, floor);
   b.level(AlignedBox2d(Vector2d(left, kStart), Vector2d(right, end)), kCeiling, ceiling_paint());
   b.level(AlignedBox2d(Vector2d(left, 0.0), Vector2d(right, end)), bottom, floor);
@@ -445,7 +445,7 @@ Stage stairs_down(Dice& dice, const Flight& f) {
   b.wall({right, kStart}, {right, end}, bottom, kCeiling, paint);
   b.wall({right, end}, {left, end}, bottom, kCeiling, other, {door_recess(0.5 * f.width - 0.5, dice)});
   b.wall({left, end}, {left, kStart}, bottom, kCeiling, paint);
-  b.object();
+  b.fixture();
   for (int k = 1; k < f.steps; ++k) {
     const double top = -k * f.rise;
     b.box(standing(0.0, (k - 0.5) * f.tread, bottom, 0.0), {f.width, f.tread, top - bottom}, step);
@@ -559,14 +559,14 @@ Stage kerb(std::uint64_t seed) {
     part(hole.min().x(), y0, hole.max().x(), hole.min().y());
     part(hole.min().x(), hole.max().y(), hole.max().x(), y1);
   };
-  b.object();
+  b.fixture();
   ground(-road, 0.0, 0.0, asphalt, hole_in_road);
-  b.object();
+  b.fixture();
   ground(kStone, pavement, step, paving, !hole_in_road);
   ground(0.0, kStone, step, stone, false);
   b.upright({-kHalf, 0.0}, {kHalf, 0.0}, 0.0, step, stone);
   const double rim = hole_in_road ? 0.0 : step;
-  b.object();
+  b.fixture();
   b.level(hole, rim - hole_depth, earth);
   for (int i = 0; i < 4; ++i) {
     b.upright(hole.corner(static_cast<AlignedBox2d::CornerType>(std::array{0, 1, 3, 2}[static_cast<std::size_t>(i)])),
@@ -574,7 +574,7 @@ Stage kerb(std::uint64_t seed) {
               rim - hole_depth, rim, earth);
   }
   // The far side of the road.
-  b.object();
+  b.fixture();
   ground(-road - 3.0, -road, step, paving, false);
   b.upright({-kHalf, -road}, {kHalf, -road}, 0.0, step, stone);
   // A wall behind each pavement.
@@ -582,9 +582,9 @@ Stage kerb(std::uint64_t seed) {
       .colour = {0.46, 0.20, 0.13}, .second = {0.40, 0.17, 0.11}, .pattern = Pattern::checker, .period_m = 0.12, .texture = 1.0};
   const double wall_height = dice.between(0.9, 2.8);
   const double far_wall_height = dice.between(1.2, 2.6);
-  b.object();
+  b.fixture();
   b.box(standing(0.0, pavement + 0.15, step, 0.0), {2.0 * kHalf, 0.3, wall_height}, brick);
-  b.object();
+  b.fixture();
   b.box(standing(0.0, -road - 3.15, step, 0.0), {2.0 * kHalf, 0.3, far_wall_height}, brick);
 
   // Street furniture on the pavement; the camera's own place stays free.
@@ -722,7 +722,7 @@ Stage curved(std::uint64_t seed) {
   Dice dice(seed, stream_index(Purpose::scene));
   constexpr double kTall = 30.0;  // ends far outside the picture
   const auto column = [&](Builder& b, double x, double y, double radius, const Material& material) {
-    b.object();
+    b.fixture();
     b.cylinder(standing(x, y, -0.5 * kTall, 0.0), radius, kTall, material);
   };
   Builder b;
@@ -851,7 +851,7 @@ Stage hall(std::uint64_t seed) {
   const Material floor = floor_cover(dice);
 
   Builder b;
-  b.object();
+  b.fixture();
   const AlignedBox2d area(Vector2d(left, -1.0), Vector2d(right, end));
   b.level(area, 0.0, floor);
   b.level(area, height, ceiling_paint());
@@ -872,9 +872,9 @@ Stage hall(std::uint64_t seed) {
   const double square_y = dice.between(2.8, 3.8);
   const double round_y = dice.between(2.6, 3.9);
   const double square = dice.between(0.30, 0.45);
-  b.object();
+  b.fixture();
   b.box(standing(side * dice.between(1.2, 1.6), square_y, 0.0, 0.0), {square, square, height}, ceiling_paint());
-  b.object();
+  b.fixture();
   b.cylinder(standing(-side * dice.between(1.3, 1.7), round_y, 0.0, 0.0), dice.between(0.15, 0.25), height, metal());
 
   const double table_height = dice.between(0.70, 0.76);
@@ -909,6 +909,24 @@ BuildScene find_scene(std::string_view name) {
   return nullptr;
 }
 
+Eigen::Matrix3d facing(const Stage& stage) {
+  Vector3d ahead = stage.target - stage.camera;
+  ahead.z() = 0.0;
+  ahead.normalize();
+  Eigen::Matrix3d axes;
+  axes << Vector3d(ahead.y(), -ahead.x(), 0.0), ahead, Vector3d::UnitZ();
+  return axes;
+}
+
+Isometry3d looking(const Vector3d& from, const Vector3d& to) {
+  const Vector3d forward = (to - from).normalized();
+  const Vector3d right = forward.cross(Vector3d::UnitZ()).normalized();
+  Isometry3d pose = Isometry3d::Identity();
+  pose.linear() << right, forward.cross(right), forward;
+  pose.translation() = from;
+  return pose;
+}
+
 Isometry3d camera_pose(const Stage& stage, std::uint64_t seed, int frame) {
   constexpr double kFramesPerRound = 240.0;  // at 30 frames per second a round takes 8 s
   constexpr double kTremor_m = 0.0015;       // of a hand
@@ -920,21 +938,14 @@ Isometry3d camera_pose(const Stage& stage, std::uint64_t seed, int frame) {
   const double turn = 2.0 * pi * frame / kFramesPerRound;
   const auto swing = [&](double harmonic) { return std::sin(harmonic * turn + path.between(0.0, 2.0 * pi)); };
 
-  Vector3d ahead = stage.target - stage.camera;
-  ahead.z() = 0.0;
-  ahead.normalize();
-  const Vector3d aside(ahead.y(), -ahead.x(), 0.0);
+  const Eigen::Matrix3d axes = facing(stage);
   Vector3d position = stage.camera;
-  position += stage.sway.x() * swing(1.0) * aside;
-  position += stage.sway.y() * swing(1.0) * ahead;
-  position += stage.sway.z() * swing(2.0) * Vector3d::UnitZ();
+  position += stage.sway.x() * swing(1.0) * axes.col(0);
+  position += stage.sway.y() * swing(1.0) * axes.col(1);
+  position += stage.sway.z() * swing(2.0) * axes.col(2);
   for (double& coordinate : position) coordinate += kTremor_m * tremor.normal();
 
-  const Vector3d forward = (stage.target - position).normalized();
-  const Vector3d right = forward.cross(Vector3d::UnitZ()).normalized();
-  Isometry3d pose = Isometry3d::Identity();
-  pose.linear() << right, forward.cross(right), forward;
-  pose.translation() = position;
+  const Isometry3d pose = looking(position, stage.target);
   const double roll = kMaxRoll_rad * swing(1.0) + kTremor_rad * tremor.normal();
   const double pitch = kTremor_rad * tremor.normal();
   const double yaw = kTremor_rad * tremor.normal();

@@ -286,6 +286,119 @@ TEST(InstanceMetrics, RefusesAShareOutsideItsRange) {
   }
 }
 
+using Ids = std::vector<std::uint16_t>;
+
+/// Object ids as a drawing: '.' is 0 (no object), letters are objects from 'a' = 1 on; blanks are skipped.
+Ids objects(std::string_view drawing) {
+  Ids ids;
+  for (const char c : drawing) {
+    if (c != ' ') ids.push_back(c == '.' ? std::uint16_t{0} : static_cast<std::uint16_t>(c - 'a' + 1));
+  }
+  return ids;
+}
+
+Result<ObjectMetrics> everywhere(const Ids& truth, const Ids& predicted) {
+  return object_metrics(truth, predicted, Labels(truth.size(), 1));
+}
+
+TEST(ObjectMetrics, ThresholdsByHand) {
+  // Object a: 10 pixels, 6 found: IoU 6/10. Object b: 5, 4 found by one with one pixel elsewhere: IoU 4/6. Object c: IoU 1.
+  // Predicted d lies on no object.
+  const auto metrics = everywhere(objects("aaaaaaaaaa bbbbb cccc ...."), objects("aaaaaa.... bbbb. cccc bddd"));
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->true_objects, 3);
+  EXPECT_EQ(metrics->predicted_objects, 4);
+  EXPECT_EQ(metrics->at50.threshold, 0.5);
+  EXPECT_EQ(metrics->at50.matched, 3);
+  EXPECT_DOUBLE_EQ(metrics->at50.precision, 3.0 / 4.0);
+  EXPECT_DOUBLE_EQ(metrics->at50.recall, 1.0);
+  EXPECT_DOUBLE_EQ(metrics->at50.f1, 6.0 / 7.0);
+  EXPECT_DOUBLE_EQ(metrics->at50.mean_iou, (0.6 + 4.0 / 6.0 + 1.0) / 3.0);
+  EXPECT_EQ(metrics->at75.threshold, 0.75);
+  EXPECT_EQ(metrics->at75.matched, 1);
+  EXPECT_DOUBLE_EQ(metrics->at75.precision, 1.0 / 4.0);
+  EXPECT_DOUBLE_EQ(metrics->at75.recall, 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(metrics->at75.mean_iou, 1.0);
+  EXPECT_EQ(metrics->false_objects, 1);
+  ASSERT_EQ(metrics->objects.size(), 3U);
+  EXPECT_EQ(metrics->objects[0].id, 1);
+  EXPECT_EQ(metrics->objects[0].pixels, 10U);
+  EXPECT_DOUBLE_EQ(metrics->objects[0].iou, 0.6);
+  EXPECT_EQ(metrics->objects[1].id, 2);
+  EXPECT_EQ(metrics->objects[1].pixels, 5U);
+  EXPECT_DOUBLE_EQ(metrics->objects[1].iou, 4.0 / 6.0);
+  EXPECT_EQ(metrics->objects[2].id, 3);
+  EXPECT_EQ(metrics->objects[2].pixels, 4U);
+  EXPECT_DOUBLE_EQ(metrics->objects[2].iou, 1.0);
+}
+
+TEST(ObjectMetrics, OverAndUnderSegmentation) {
+  // Predicted a merges a and b; c is cut in two, halves that lie on it by most of themselves; d is found.
+  const auto metrics = everywhere(objects("aaa bbb cccccc dd .."), objects("aaa aaa cccddd ee .d"));
+  ASSERT_TRUE(metrics);
+  EXPECT_DOUBLE_EQ(metrics->under_segmentation, 1.0 / 4.0);
+  EXPECT_DOUBLE_EQ(metrics->over_segmentation, 1.0 / 4.0);
+  EXPECT_EQ(metrics->false_objects, 1);  // the merged one has exactly one half on each object: no most
+}
+
+TEST(ObjectMetrics, OnlyJudgedPixelsCount) {
+  const Ids truth = objects("aaaa bb .. cc");
+  const Ids predicted = objects("aabb bb bb dd");
+  for (const auto& metrics : {object_metrics(truth, predicted, Labels{255, 1, 0, 0, 7, 7, 0, 0, 0, 0}),
+                              object_metrics(truth, predicted, Ids{9000, 300, 0, 0, 1, 1, 0, 0, 0, 0})}) {
+    ASSERT_TRUE(metrics);
+    EXPECT_EQ(metrics->true_objects, 2);
+    EXPECT_EQ(metrics->predicted_objects, 2);
+    EXPECT_EQ(metrics->at75.f1, 1.0);
+    EXPECT_EQ(metrics->at75.mean_iou, 1.0);
+    EXPECT_EQ(metrics->objects[0].pixels, 2U);
+  }
+}
+
+TEST(ObjectMetrics, AnyNumberOfObjects) {
+  // Each pixel but the first is an object of its own, in the prediction numbered from behind.
+  constexpr std::uint16_t kMost = 65535;
+  Ids truth{0};
+  Ids predicted{0};
+  for (std::uint16_t id = kMost; id > 0; --id) {
+    truth.push_back(id);
+    predicted.push_back(static_cast<std::uint16_t>(kMost + 1 - id));
+  }
+  const auto metrics = everywhere(truth, predicted);
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->true_objects, 65535);
+  EXPECT_EQ(metrics->at75.matched, 65535);
+  EXPECT_EQ(metrics->false_objects, 0);
+  EXPECT_EQ(metrics->objects.front().id, 1);
+  EXPECT_EQ(metrics->objects.back().id, 65535);
+}
+
+TEST(ObjectMetrics, NothingPredictedOrNothingTrue) {
+  const auto none_predicted = everywhere(objects("aabb"), objects("...."));
+  ASSERT_TRUE(none_predicted);
+  EXPECT_EQ(none_predicted->at50.recall, 0.0);
+  EXPECT_EQ(none_predicted->at50.f1, 0.0);
+  EXPECT_EQ(none_predicted->objects[1].iou, 0.0);
+  const auto none_true = everywhere(objects("...."), objects("aab."));
+  ASSERT_TRUE(none_true);
+  EXPECT_EQ(none_true->false_objects, 2);
+  EXPECT_TRUE(none_true->objects.empty());
+  const auto empty = everywhere({}, {});
+  ASSERT_TRUE(empty);
+  EXPECT_EQ(empty->at50.f1, 0.0);
+}
+
+TEST(ObjectMetrics, DifferentSizesAreAnError) {
+  const auto prediction = object_metrics(Ids(3), Ids(4), Labels(3));
+  ASSERT_FALSE(prediction);
+  EXPECT_EQ(prediction.error().code, ErrorCode::invalid_argument);
+  EXPECT_NE(prediction.error().message.find("the prediction 4"), std::string::npos);
+  const auto judged = object_metrics(Ids(3), Ids(3), Labels(2));
+  ASSERT_FALSE(judged);
+  EXPECT_EQ(judged.error().code, ErrorCode::invalid_argument);
+  EXPECT_NE(judged.error().message.find("judged 2"), std::string::npos);
+}
+
 TEST(PlaneError, AngleAndOffset) {
   const double angle = std::numbers::pi / 6.0;
   const Plane truth{Eigen::Vector3d(0, 0, -1), 2.0};

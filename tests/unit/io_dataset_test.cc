@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <numbers>
 #include <string>
 
 #include "fransac/io/camera_json.hpp"
@@ -24,8 +25,15 @@ const Camera kCamera{4, 3, 500.0, 501.0, 1.5, 1.0, 5000.0};
 const DepthImage kDepth{4, 3, 1, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 65535}};
 const LabelImage kLabels{4, 3, 1, {0, 0, 1, 1, 1, 2, 2, 255, 255, 255, 255, 1}};
 
+const ObjectImage kObjects{4, 3, 1, {0, 0, 0, 0, 7, 7, 7, 0, 0, 1, 0, 0}};
+
 FrameToWrite whole_frame() {
-  FrameToWrite frame{kCamera, kDepth, kLabels, ColourImage{4, 3, 3, std::vector<std::uint8_t>(36, 77)}, {}};
+  FrameToWrite frame;
+  frame.camera = kCamera;
+  frame.depth = kDepth;
+  frame.labels = kLabels;
+  frame.objects = kObjects;
+  frame.colour = ColourImage{4, 3, 3, std::vector<std::uint8_t>(36, 77)};
   frame.true_planes.emplace_back(1, *make_plane({0.1, -0.2, -1.0}, 1.5));
   frame.true_planes.emplace_back(2, *make_plane({0.0, -1.0, 0.0}, 0.7));
   return frame;
@@ -111,6 +119,7 @@ TEST(Frame, RoundTripKeepsEverything) {
   EXPECT_EQ(frame->camera, kCamera);
   EXPECT_EQ(frame->depth.pixels, kDepth.pixels);
   EXPECT_EQ(frame->labels->pixels, kLabels.pixels);
+  EXPECT_EQ(frame->objects->pixels, kObjects.pixels);
   EXPECT_FLOAT_EQ(frame->view().metres(3, 2), 65535.0F / 5000.0F);
   ASSERT_EQ(frame->true_planes.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -126,6 +135,33 @@ TEST(Frame, TruthCountsPixelsThatHaveDepth) {
   const std::string text = read_text(folder / "truth.json");
   EXPECT_THAT(text, AllOf(HasSubstr(R"("pixels": 4)"), HasSubstr(R"("pixels": 2)"), HasSubstr(R"("nonplane_pixels": 4)"),
                           HasSubstr(R"("ignored_pixels": 1)"), HasSubstr(R"("valid_pixels": 11)")));
+}
+
+TEST(Frame, TruthTellsObjectsAndWhereTheCameraIs) {
+  const TemporaryFolder folder;
+  FrameToWrite frame = whole_frame();
+  frame.label_scope = LabelScope::sequence;
+  frame.T_world_camera = Eigen::Translation3d(1.5, -2.5, 0.25) * Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
+  TrueObject object;
+  object.id = 7;
+  object.box.size = {0.5, 0.25, 0.125};
+  object.box.centre = {1.0, 2.0, 4.0};
+  frame.true_objects.push_back(object);
+  object.id = 8;
+  object.support = make_plane({0.0, -1.0, 0.0}, 0.75);
+  object.lowest_m = 0.5;
+  object.highest_m = 0.625;
+  frame.true_objects.push_back(object);
+  ASSERT_TRUE(write_frame(folder.path(), frame).ok());
+  std::string text = read_text(folder / "truth.json");
+  std::erase_if(text, [](char c) { return c == ' ' || c == '\n'; });
+  EXPECT_THAT(text, HasSubstr(R"({"labels_hold_for":"sequence","pose":{"translation":[1.5,-2.5,0.25],"quaternion":[1.0,)"));
+  EXPECT_THAT(text,
+              HasSubstr(R"({"id":7,"pixels":3,"box":{"centre":[1.0,2.0,4.0],"size":[0.5,0.25,0.125],"along":[1.0,0.0,0.0],)"));
+  EXPECT_THAT(text, HasSubstr(R"("yaw_rad":0.0},"support":null,"height_range_m":null})"));
+  EXPECT_THAT(text, HasSubstr(R"({"id":8,"pixels":0,)"));
+  EXPECT_THAT(text, HasSubstr(R"("support":{"normal":[0.0,-1.0,0.0],"d":0.75},"height_range_m":[0.5,0.625]})"));
+  EXPECT_TRUE(load_frame(list_frames(folder.path())->frames[0]).ok());
 }
 
 TEST(Frame, NothingIsWrittenWhenAPartDoesNotFit) {
@@ -210,6 +246,30 @@ TEST(Frame, SizesThatDoNotMatchNameBothFiles) {
   ASSERT_TRUE(write_png(folder / "depth.png", DepthImage{2, 1, 1, {0, 1}}).ok());
   EXPECT_EQ(load_frame(files).error().message, (folder / "camera.json").string() + ": the camera is for 4x3 pixels, but " +
                                                    (folder / "depth.png").string() + " has 2x1");
+}
+
+TEST(Frame, ObjectsMayHaveSixteenBits) {
+  const TemporaryFolder folder;
+  FrameToWrite frame = whole_frame();
+  frame.objects->pixels[3] = 300;
+  ASSERT_TRUE(write_frame(folder / "scene", frame).ok());
+  EXPECT_TRUE(read_depth_png(folder / "scene/objects.png").ok());
+  const auto dataset = list_frames(folder / "scene");
+  ASSERT_TRUE(dataset.ok());
+  EXPECT_EQ(load_frame(dataset->frames[0])->objects->pixels, frame.objects->pixels);
+  fs::remove(folder / "scene/objects.png");
+  EXPECT_FALSE(load_frame(list_frames(folder / "scene")->frames[0])->objects.has_value());
+}
+
+TEST(Frame, ObjectsOfAnotherSizeOrKindAreAnErrorThatNamesThem) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_frame(folder.path(), whole_frame()).ok());
+  const auto message = [&] { return load_frame(list_frames(folder.path())->frames[0]).error().message; };
+  ASSERT_TRUE(write_png(folder / "objects.png", LabelImage{2, 1, 1, {0, 1}}).ok());
+  EXPECT_THAT(message(), AllOf(HasSubstr((folder / "objects.png").string()), HasSubstr("2x1")));
+  ASSERT_TRUE(write_png(folder / "objects.png", ColourImage{4, 3, 3, std::vector<std::uint8_t>(36)}).ok());
+  EXPECT_THAT(message(),
+              AllOf(HasSubstr((folder / "objects.png").string()), HasSubstr("8-bit RGB PNG, not an image of object ids")));
 }
 
 TEST(DepthPng, TakesWhatLiesBesideIt) {
@@ -322,6 +382,35 @@ TEST(Tum, ListsByTimeWithPicturesAndPublishedCamera) {
   EXPECT_EQ(list_frames(folder / sequence / "depth/10.5.png")->frames[0].camera, tum_camera("fr2"));
 }
 
+TEST(Tum, FoldersOfFramesKeepTheirTruth) {
+  const TemporaryFolder folder;
+  FrameToWrite frame = whole_frame();
+  ASSERT_TRUE(write_frame(folder / "run/b", frame).ok());
+  frame.camera.fx = 321.0;
+  ASSERT_TRUE(write_frame(folder / "run/a", frame).ok());
+  write_depth(folder / "run/depth.png");  // not in a folder of its own: labels beside it are not its own
+  ASSERT_TRUE(write_png(folder / "run/labels.png", kLabels).ok());
+  folder.write("run/depth.txt", "0.1 a/depth.png\n0.0 b/depth.png\n0.2 depth.png\n");
+  folder.write("run/camera.json", camera_to_json(kCamera));
+  folder.write("run/dataset.json", R"({"truth": "planes", "sensor": "stereo"})");
+  const auto dataset = list_frames(folder / "run");
+  ASSERT_TRUE(dataset.ok()) << dataset.error().message;
+  EXPECT_EQ(dataset->kind, InputKind::tum_sequence);
+  EXPECT_EQ(dataset->truth, Truth::planes);
+  EXPECT_EQ(dataset->sensor, "stereo");
+  EXPECT_THAT(frame_names(*dataset), ElementsAre("0.0", "0.1", "0.2"));
+  const auto first = load_frame(dataset->frames[1]);
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  EXPECT_EQ(first->camera.fx, 321.0);
+  EXPECT_EQ(first->labels->pixels, kLabels.pixels);
+  EXPECT_EQ(first->objects->pixels, kObjects.pixels);
+  EXPECT_EQ(first->true_planes.size(), 2U);
+  EXPECT_EQ(dataset->frames[1].colour, folder / "run/a/rgb.png");
+  const auto last = load_frame(dataset->frames[2]);
+  ASSERT_TRUE(last.ok()) << last.error().message;
+  EXPECT_FALSE(last->labels.has_value());
+}
+
 TEST(Tum, CameraJsonGoesBeforeTheName) {
   const TemporaryFolder folder;
   folder.write("fr1/depth.txt", "1 depth/1.png\n");
@@ -357,6 +446,7 @@ TEST_F(RealData, EveryFrameLoads) {
       ASSERT_TRUE(frame.ok()) << frame.error().message;
       EXPECT_TRUE(validate(frame->view()).ok());
       EXPECT_EQ(frame->labels.has_value(), dataset->truth != Truth::none);
+      EXPECT_EQ(frame->objects.has_value(), dataset->name == "mosd");
       if (!files.colour) continue;
       EXPECT_TRUE(read_colour_image(*files.colour).ok()) << *files.colour;
     }

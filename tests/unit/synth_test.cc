@@ -15,6 +15,8 @@
 #include "synth/geometry.hpp"
 #include "synth/scenes.hpp"
 #include "synth/sensors.hpp"
+#include "synth/things.hpp"
+#include "synth/walk.hpp"
 
 namespace fransac::synth {
 namespace {
@@ -502,6 +504,241 @@ TEST(Render, CameraMovesSlowlyAndStaysOutOfThings) {
   }
 }
 
+// ---- Objects.
+
+TEST(Things, BoxesAreTightAndStandOnWhatHasNoId) {
+  Builder b;
+  b.fixture();
+  b.box(detail::standing(0.0, 0.0, 0.0, 0.0), {4.0, 4.0, 0.7}, {});  // a table top at 0.7
+  b.object();
+  b.box(detail::standing(0.5, 0.2, 0.7, 0.4), {0.3, 0.2, 0.1}, {});
+  b.object();  // upon the first
+  b.cylinder(detail::standing(0.5, 0.2, 0.8, 1.0), 0.05, 0.12, {});
+  b.object();
+  b.sphere(detail::standing(-0.5, 0.2, 0.75, 0.0), 0.1, {});  // 5 cm above the table
+  b.object();                                                 // beside the table: nothing below
+  b.box(detail::standing(9.0, 0.0, 0.0, 0.0), {1.0, 1.0, 1.0}, {});
+  b.object();  // in an L
+  b.box(detail::standing(-1.0, -1.0, 0.7, 0.0), {0.4, 0.1, 0.3}, {});
+  b.box(detail::standing(-0.9, -0.8, 0.7, 0.0), {0.1, 0.3, 0.1}, {});
+  Scene scene = b.finish();
+  const Isometry3d camera = Eigen::Translation3d(0.3, -2.0, 1.9) * Eigen::AngleAxisd(0.3, Vector3d(1, 2, 3).normalized());
+  scene.move_to(camera.inverse());
+  const auto things = detail::things_of(scene);
+  ASSERT_EQ(things.size(), 5U);
+  const auto expect_thing = [&](int id, const Vector3d& world_centre, const Vector3d& size, double lowest, double highest) {
+    const TrueObject& thing = things[index(id - 1)];
+    EXPECT_EQ(thing.id, id);
+    EXPECT_NEAR((camera * thing.box.centre - world_centre).norm(), 0.0, 1e-12) << id;
+    EXPECT_NEAR((thing.box.size - size).norm(), 0.0, 1e-12) << id;
+    EXPECT_NEAR((camera.linear() * thing.box.up - Vector3d::UnitZ()).norm(), 0.0, 1e-12);
+    EXPECT_NEAR(thing.box.up.dot(thing.box.along), 0.0, 1e-12);
+    EXPECT_NEAR(thing.lowest_m, lowest, 1e-12) << id;
+    EXPECT_NEAR(thing.highest_m, highest, 1e-12) << id;
+  };
+  expect_thing(1, {0.5, 0.2, 0.75}, {0.3, 0.2, 0.1}, 0.0, 0.1);
+  expect_thing(2, {0.5, 0.2, 0.86}, {0.1, 0.1, 0.12}, 0.1, 0.22);
+  expect_thing(3, {-0.5, 0.2, 0.85}, {0.2, 0.2, 0.2}, 0.05, 0.25);
+  expect_thing(4, {9.0, 0.0, 0.5}, {1.0, 1.0, 1.0}, 0.0, 0.0);
+  expect_thing(5, {-1.0, -0.85, 0.85}, {0.4, 0.4, 0.3}, 0.0, 0.3);
+  EXPECT_FALSE(things[3].support);
+  for (const std::size_t i : {0U, 1U, 2U, 4U}) {
+    ASSERT_TRUE(things[i].support);
+    EXPECT_NEAR(things[i].support->signed_distance(camera.inverse() * Vector3d(7.0, 8.0, 0.7)), 0.0, 1e-12);
+  }
+  // Two boxes of one support differ in yaw as in the world.
+  EXPECT_NEAR(things[0].box.yaw_rad() - things[4].box.yaw_rad(), 0.4, 1e-12);
+}
+
+TEST(OrientedBox, YawCountsFromTheCamerasRight) {
+  OrientedBox box;  // up is -y of the camera
+  EXPECT_NEAR(box.yaw_rad(), 0.0, 1e-15);
+  const auto turned = [&](double angle) {
+    box.along = Eigen::AngleAxisd(angle, box.up) * Vector3d::UnitX();
+    return box.yaw_rad();
+  };
+  EXPECT_NEAR(turned(0.3), 0.3, 1e-15);
+  EXPECT_NEAR(turned(-1.5), -1.5, 1e-15);
+  EXPECT_NEAR(turned(2.0), 2.0 - pi, 1e-15);  // half a turn on
+  box.up = Vector3d::UnitX();
+  box.along = Vector3d::UnitZ();
+  EXPECT_EQ(box.yaw_rad(), 0.0);
+}
+
+// What each pixel sees of an object lies in the object's box, and only what is seen is listed.
+TEST(Render, ObjectsLieInTheirBoxes) {
+  for (const std::string_view scene : scene_names()) {
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+      const auto frame = render({.scene = std::string(scene), .sensor = Sensor::none, .seed = seed, .camera = kSmall});
+      ASSERT_TRUE(frame.ok());
+      SCOPED_TRACE(std::string(scene) + ", seed " + std::to_string(seed));
+      std::map<int, TrueObject> objects;
+      for (const TrueObject& object : frame->true_objects) objects[object.id] = object;
+      std::map<int, int> pixels;
+      for (std::size_t i = 0; i < frame->objects.size(); ++i) {
+        const int id = frame->objects[i];
+        if (id == 0) continue;
+        ASSERT_NE(frame->depth[i], 0);
+        ASSERT_TRUE(objects.contains(id));
+        ++pixels[id];
+        const OrientedBox& box = objects[id].box;
+        const Vector3d p = point(*frame, i) - box.centre;
+        const Vector3d in_box(box.along.dot(p), box.up.cross(box.along).dot(p), box.up.dot(p));
+        ASSERT_TRUE((in_box.cwiseAbs().array() <= (0.5 * box.size).array() + 1e-5).all()) << id << ": " << in_box.transpose();
+      }
+      EXPECT_EQ(pixels.size(), objects.size());
+      for (const auto& [id, object] : objects) {
+        EXPECT_GE(object.lowest_m, -1e-9);
+        EXPECT_EQ(object.support.has_value(), scene != "curved");
+      }
+      if (scene == "desk" || scene == "office" || scene == "boxes" || scene == "curved") {
+        EXPECT_GE(objects.size(), 3U);
+      }
+      if (scene == "empty_room") {
+        EXPECT_TRUE(objects.empty());
+      }
+    }
+  }
+}
+
+TEST(Render, ObjectsOfADeskStandOnIt) {
+  const auto frame = render({.scene = "desk", .sensor = Sensor::none, .seed = 4, .camera = kSmall});
+  ASSERT_TRUE(frame.ok());
+  EXPECT_GE(frame->true_objects.size(), 4U);
+  for (const TrueObject& object : frame->true_objects) EXPECT_NEAR(object.lowest_m, 0.0, 1e-9) << object.id;
+  for (std::size_t i = 0; i < frame->labels.size(); ++i) {  // the largest plane, table or wall, is no object
+    if (frame->labels[i] == kLabelFirst) {
+      ASSERT_EQ(frame->objects[i], 0);
+    }
+  }
+}
+
+TEST(Render, PilesOfBoxesAreOneAboveTheOther) {
+  const auto frame = render({.scene = "boxes", .sensor = Sensor::none, .seed = 1, .camera = kSmall});
+  ASSERT_TRUE(frame.ok());
+  const auto stacked = std::count_if(frame->true_objects.begin(), frame->true_objects.end(),
+                                     [](const TrueObject& object) { return object.lowest_m > 0.01; });
+  EXPECT_GE(stacked, 2);  // the tray's upper part and what is on the lowest box
+}
+
+// ---- A camera that is carried through a scene.
+
+TEST(Walk, StepsAreThoseOfAHandAndKeepOutOfThings) {
+  for (const std::string_view name : scene_names()) {
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      SCOPED_TRACE(std::string(name) + " seed " + std::to_string(seed));
+      const detail::Stage stage = detail::find_scene(name)(seed);
+      const detail::Walk walk(stage, seed);
+      Statistics moved;
+      Statistics turned;
+      double bend = 0.0;  // from step to step
+      Isometry3d last = walk.pose(0);
+      Vector3d last_step = walk.pose(1).translation() - last.translation();
+      for (int frame = 1; frame <= 400; ++frame) {
+        const Isometry3d pose = walk.pose(frame);
+        const Vector3d step = pose.translation() - last.translation();
+        moved.add(step.norm());
+        const double angle = Eigen::AngleAxisd(last.linear().transpose() * pose.linear()).angle();
+        turned.add(angle);
+        EXPECT_LT(step.norm(), 0.033);
+        EXPECT_LT(angle, 1.1 * pi / 180.0);
+        bend = std::max(bend, (step - last_step).norm());
+        EXPECT_FALSE(stage.scene.encloses(pose.translation()));
+        last_step = step;
+        last = pose;
+      }
+      EXPECT_LT(bend, 0.007);
+      EXPECT_GT(moved.mean(), 0.007);
+      EXPECT_GT(turned.mean(), 0.3 * pi / 180.0);
+    }
+  }
+}
+
+SynthOptions walk_options(std::string_view scene, std::uint64_t seed, int frame) {
+  return {.scene = std::string(scene),
+          .sensor = Sensor::none,
+          .seed = seed,
+          .frame = frame,
+          .motion = Motion::walk,
+          .camera = kSmall};
+}
+
+// A plane of the world, carried into each frame by its pose, has that frame's coefficients.
+TEST(Walk, LabelsAndObjectsAreTheSameInAllFrames) {
+  for (const std::string_view scene : scene_names()) {
+    SCOPED_TRACE(scene);
+    std::map<int, Plane> world_planes;
+    std::map<int, Vector3d> world_sizes;
+    std::map<int, Vector3d> world_centres;
+    for (int number = 0; number < 120; number += 20) {
+      const auto frame = render(walk_options(scene, 21, number));
+      ASSERT_TRUE(frame.ok());
+      const Isometry3d& pose = frame->T_world_camera;
+      std::map<int, std::size_t> pixels;
+      for (const std::uint8_t label : frame->labels) ++pixels[label];
+      for (const auto& [label, plane] : frame->true_planes) {
+        EXPECT_GT(pixels[label], 0U);
+        // n . (R^T (x - t)) + d = 0
+        const Vector3d normal = pose.linear() * plane.normal;
+        const Plane in_world = *make_plane(normal, plane.d - normal.dot(pose.translation()));
+        const auto [known, is_new] = world_planes.emplace(label, in_world);
+        const double sign = known->second.normal.dot(in_world.normal) < 0.0 ? -1.0 : 1.0;
+        EXPECT_NEAR((known->second.normal - sign * in_world.normal).norm(), 0.0, 1e-6) << label;
+        EXPECT_NEAR(known->second.d, sign * in_world.d, 1e-6) << label;
+      }
+      for (const auto& [label, count] : pixels) {
+        if (label == kLabelNoDepth || label == kLabelNoPlane) continue;
+        EXPECT_TRUE(std::any_of(frame->true_planes.begin(), frame->true_planes.end(),
+                                [label = label](const auto& entry) { return entry.first == label; }));
+      }
+      for (std::size_t i = 0; i < frame->labels.size(); ++i) {
+        const int label = frame->labels[i];
+        if (label == kLabelNoDepth || label == kLabelNoPlane) continue;
+        ASSERT_NEAR(world_planes.at(label).signed_distance(pose * point(*frame, i)), 0.0, 1e-6);
+      }
+      for (const TrueObject& object : frame->true_objects) {
+        const Vector3d centre = pose * object.box.centre;
+        EXPECT_NEAR((world_centres.emplace(object.id, centre).first->second - centre).norm(), 0.0, 1e-9) << object.id;
+        EXPECT_NEAR((world_sizes.emplace(object.id, object.box.size).first->second - object.box.size).norm(), 0.0, 1e-9);
+      }
+    }
+    EXPECT_GE(world_planes.size(), kLeastPlanes.at(scene));
+  }
+}
+
+TEST(Walk, SameOptionsSameBytesAndAnotherSeedAnotherWalk) {
+  const auto once = render(walk_options("office", 5, 17));
+  const auto twice = render(walk_options("office", 5, 17));
+  ASSERT_TRUE(once.ok() && twice.ok());
+  EXPECT_EQ(once->depth, twice->depth);
+  EXPECT_EQ(once->labels, twice->labels);
+  EXPECT_EQ(once->objects, twice->objects);
+  EXPECT_EQ(once->T_world_camera.matrix(), twice->T_world_camera.matrix());
+  EXPECT_NE(render(walk_options("office", 6, 17))->T_world_camera.matrix(), once->T_world_camera.matrix());
+  EXPECT_NE(render(walk_options("office", 5, 18))->depth, once->depth);
+}
+
+// Things and planes go out of sight behind others, or out of the picture, and come back.
+TEST(Walk, ThingsComeBackAfterShortAbsences) {
+  int back = 0;
+  for (const std::string_view scene : {"office", "boxes"}) {
+    std::map<int, int> last_seen;
+    for (int number = 0; number < 150; number += 3) {
+      SynthOptions options = walk_options(scene, 2, number);
+      options.sensor = Sensor::none;
+      options.camera = resized(kSmall, 80, 60);
+      const auto frame = render(options);
+      ASSERT_TRUE(frame.ok());
+      for (const TrueObject& object : frame->true_objects) {
+        const auto [known, is_new] = last_seen.emplace(object.id, number);
+        if (!is_new && number - known->second > 3) ++back;
+        known->second = number;
+      }
+    }
+  }
+  EXPECT_GE(back, 5);
+}
+
 TEST(Render, ErrorsNameTheCulprit) {
   const auto message = [](const SynthOptions& options) {
     const auto frame = render(options);
@@ -520,15 +757,19 @@ TEST(Render, ErrorsNameTheCulprit) {
   options.camera.width = options.camera.height = 32768;
   EXPECT_THAT(message(options), HasSubstr("pixels"));
   EXPECT_THAT(message({.sensor = static_cast<Sensor>(17)}), HasSubstr("sensor"));
+  EXPECT_THAT(message({.motion = static_cast<Motion>(17)}), HasSubstr("motion"));
 }
 
 TEST(Render, AnyCameraWorks) {
   for (const Camera& camera : {Camera{1, 1, 1.0, 1.0, 0.0, 0.0, 1000.0}, Camera{3, 200, 0.1, 1e6, 1e4, -1e4, 1.0},
                                Camera{200, 3, 50.0, 60.0, 0.0, 0.0, 1e6}}) {
     for (const Sensor sensor : kSensors) {
-      const auto frame = render({.scene = "office", .sensor = sensor, .camera = camera});
-      ASSERT_TRUE(frame.ok());
-      EXPECT_EQ(frame->labels.size(), index(camera.width * camera.height));
+      for (const Motion motion : {Motion::sway, Motion::walk}) {
+        const auto frame = render({.scene = "office", .sensor = sensor, .motion = motion, .camera = camera});
+        ASSERT_TRUE(frame.ok());
+        EXPECT_EQ(frame->labels.size(), index(camera.width * camera.height));
+        EXPECT_EQ(frame->objects.size(), frame->labels.size());
+      }
     }
   }
 }

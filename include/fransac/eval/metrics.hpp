@@ -74,6 +74,30 @@ struct InstanceMetrics {
 Result<InstanceMetrics> instance_metrics(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
                                          double min_share = 0.005);
 
+/// Matches of predicted to true objects, as of planes.
+struct ObjectMetrics {
+  int true_objects = 0;
+  int predicted_objects = 0;
+  InstanceMetrics::AtIou at50;      ///< IoU >= 0.5
+  InstanceMetrics::AtIou at75;      ///< IoU >= 0.75
+  double under_segmentation = 0.0;  ///< As of planes: share of the predicted objects that hold most of two or more true ones.
+  double over_segmentation = 0.0;   ///< Share of the true objects that hold most of two or more predicted ones.
+  int false_objects = 0;            ///< Predicted objects without a true one on most of their pixels.
+  struct Object {
+    std::uint16_t id = 0;
+    std::uint64_t pixels = 0;  ///< Judged ones.
+    double iou = 0.0;          ///< The best with a predicted object; 0 where none overlaps.
+  };
+  std::vector<Object> objects;  ///< The true ones, by id.
+};
+
+/// Compares two images of object ids, 0 = no object, over the pixels where `judged` is not 0: a mask, such as labels whose 0 says
+/// ignored, or a depth image. All sizes must be equal (invalid_argument).
+Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
+                                     std::span<const std::uint8_t> judged);
+Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
+                                     std::span<const std::uint16_t> depth);
+
 /// Errors of a plane against its true coefficients.
 struct PlaneError {
   double angle_rad = 0.0;  ///< Between the normals, [0, pi/2].

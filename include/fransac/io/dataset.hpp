@@ -2,6 +2,7 @@
 /// Finding frames: single files, folders of frames, TUM RGB-D sequences, clouds.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include "fransac/core/camera.hpp"
 #include "fransac/core/plane.hpp"
 #include "fransac/core/result.hpp"
+#include "fransac/core/true_object.hpp"
 #include "fransac/io/image.hpp"
 
 namespace fransac::io {
@@ -39,11 +41,12 @@ enum class Truth {
 
 /// Where a frame's files are; nothing is loaded yet.
 struct FrameFiles {
-  std::string name;                             ///< Scene name: the frame folder's name, or the timestamp of a sequence.
-  std::filesystem::path depth;                  ///< 16-bit PNG.
-  std::optional<std::filesystem::path> colour;  ///< JPEG or PNG.
-  std::optional<std::filesystem::path> labels;  ///< 8-bit PNG.
-  std::optional<std::filesystem::path> truth;   ///< truth.json with plane coefficients.
+  std::string name;                              ///< Scene name: the frame folder's name, or the timestamp of a sequence.
+  std::filesystem::path depth;                   ///< 16-bit PNG.
+  std::optional<std::filesystem::path> colour;   ///< JPEG or PNG.
+  std::optional<std::filesystem::path> labels;   ///< 8-bit PNG.
+  std::optional<std::filesystem::path> objects;  ///< objects.png, 8 or 16 bit.
+  std::optional<std::filesystem::path> truth;    ///< truth.json with plane coefficients.
   std::optional<std::filesystem::path> camera_file;
   std::optional<Camera> camera;  ///< Known without a file (TUM).
   std::optional<double> timestamp_s;
@@ -59,7 +62,8 @@ struct Dataset {
 
 /// Lists the frames of a depth PNG, a frame folder, a dataset or a TUM sequence (not of a cloud).
 /// TUM: depth.txt lines "timestamp filename", '#' comments; rgb.txt associated by nearest timestamp within 20 ms;
-/// intrinsics from camera.json beside it, else from the folder's name (freiburg1..3).
+/// intrinsics from camera.json beside it, else from the folder's name (freiburg1..3). A depth image that is named depth.png, in
+/// a folder of its own, has what lies beside it: its camera, colour and truth.
 /// What lies beside a single depth PNG is its own when it is named depth.png or is the folder's only depth PNG, else only
 /// the camera.json is. `truth` and `sensor` are from dataset.json in the folder, or above a single frame; without one,
 /// labels are taken for all planes.
@@ -72,22 +76,36 @@ struct Frame {
   Camera camera;
   DepthImage depth;
   std::optional<LabelImage> labels;
+  std::optional<ObjectImage> objects;              ///< Ids of free-standing objects; 0: none, or not measured.
   std::vector<std::pair<int, Plane>> true_planes;  ///< (label, plane) from truth.json, canonical sign.
 
   [[nodiscard]] DepthView view() const { return io::view(depth, camera.depth_scale); }
 };
 
-/// Loads depth, camera (`camera_file` overrides what the frame has; neither is an error that names both), labels and truth.
-/// Camera and labels must have the depth image's size.
+/// Loads depth, camera (`camera_file` overrides what the frame has; neither is an error that names both), labels, objects and
+/// truth. Camera, labels and objects must have the depth image's size.
 Result<Frame> load_frame(const FrameFiles& files, const std::optional<std::filesystem::path>& camera_file = std::nullopt);
 
-/// Writes one frame folder in the frames format: depth.png, camera.json, and, where given, labels.png, rgb.png, truth.json.
+/// What labels mean the same in.
+enum class LabelScope {
+  frame,     ///< Numbered anew in each frame.
+  sequence,  ///< A label is the same plane in all frames of the folder.
+};
+
+/// Writes one frame folder in the frames format: depth.png, camera.json, and, where given, labels.png, objects.png, rgb.png, and
+/// truth.json: "labels_hold_for" "frame" or "sequence"; "pose" of the camera in the world, "translation" and "quaternion" (x, y,
+/// z, w); "planes"; "objects" with their id and box: centre, size, along, up, yaw_rad, and the support plane and the height range
+/// above it (null where there is none).
 struct FrameToWrite {
   Camera camera;
   DepthImage depth;
   std::optional<LabelImage> labels;
+  std::optional<ObjectImage> objects;
   std::optional<ColourImage> colour;
+  LabelScope label_scope = LabelScope::frame;
   std::vector<std::pair<int, Plane>> true_planes;
+  std::vector<TrueObject> true_objects;
+  std::optional<Eigen::Isometry3d> T_world_camera;
 };
 Status write_frame(const std::filesystem::path& folder, const FrameToWrite& frame);
 /// Writes dataset.json into a folder of frames.

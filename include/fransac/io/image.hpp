@@ -31,7 +31,8 @@ struct Image {
 };
 using DepthImage = Image<std::uint16_t>;
 using LabelImage = Image<std::uint8_t>;
-using ColourImage = Image<std::uint8_t>;  ///< Three channels: red, green, blue.
+using ObjectImage = Image<std::uint16_t>;  ///< Which object each pixel belongs to; 0: none.
+using ColourImage = Image<std::uint8_t>;   ///< Three channels: red, green, blue.
 
 /// Reads a 16-bit greyscale PNG. Any other PNG is a format error that says what it is.
 Result<DepthImage> read_depth_png(const std::filesystem::path& file);
@@ -40,6 +41,9 @@ Result<DepthImage> decode_depth_png(std::span<const std::byte> bytes, const std:
 /// Reads an 8-bit greyscale PNG.
 Result<LabelImage> read_label_png(const std::filesystem::path& file);
 Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std::string& name);
+/// Reads an 8-bit or 16-bit greyscale PNG of object ids.
+Result<ObjectImage> read_object_png(const std::filesystem::path& file);
+Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const std::string& name);
 /// Reads an 8-bit colour picture, JPEG or PNG (found from the content), as red, green, blue.
 Result<ColourImage> read_colour_image(const std::filesystem::path& file);
 Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const std::string& name);
@@ -47,6 +51,8 @@ Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const 
 /// Writes a PNG: 16-bit grey for depth, 8-bit grey for one channel, 8-bit colour for three. Temporary name, then renamed.
 Status write_png(const std::filesystem::path& file, const DepthImage& image);
 Status write_png(const std::filesystem::path& file, const Image<std::uint8_t>& image);
+/// Writes object ids: 8-bit grey where all fit, else 16-bit.
+Status write_object_png(const std::filesystem::path& file, const ObjectImage& image);
 Result<std::vector<std::byte>> encode_png(const DepthImage& image);
 Result<std::vector<std::byte>> encode_png(const Image<std::uint8_t>& image);
 
