@@ -79,10 +79,16 @@ class Judge {
       }
       right[i] = a.factor * static_cast<double>(shape.offset[place(a.x, a.y, 2)]);
     }
+    // A strip two cells wide says nothing of how it bends across: before looking, a bend is anything up to that of a surface too
+    // round for a cell to be flat.
+    constexpr double kRoundest_m = 0.05;
+    const double before = 1.0 / (kRoundest_m * camera_.fx * camera_.fy * kPerPixel * kPerPixel);
+    const double least_variance = std::pow(kC.curved_noise * grid_.noise.cell, 2);
+    for (int i = 3; i < 6; ++i) normal(i, i) += least_variance / (before * before);
     const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(normal);
     const Eigen::Matrix<double, 6, 1> solution = solver.solve(right);
     const double rest = std::max(0.0, static_cast<double>(shape.off) - solution.dot(right)) / std::max(1, region.cells - 6);
-    const double variance = std::max(rest, std::pow(kC.curved_noise * grid_.noise.cell, 2));
+    const double variance = std::max(rest, least_variance);
     const Bend most = strongest_bend(solution[3], solution[4], solution[5]);
     const Eigen::Vector2d& e = most.direction;
     Eigen::Matrix<double, 6, 1> direction;
