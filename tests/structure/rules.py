@@ -15,6 +15,7 @@ ARROWS = {
     "sac": {"core", "kernels"},
     "planes": {"core", "kernels", "filter", "sac"},
     "obstacles": {"core", "kernels", "filter", "planes"},
+    "track": {"core", "planes", "obstacles"},
     "eval": {"core"},
     "synth": {"core"},
     "io": {"core"},
@@ -22,7 +23,7 @@ ARROWS = {
     # The one-line façade over segmentation.
     "facade": {"core", "planes"},
     # Programs know public headers only, whichever they like.
-    "apps": {"core", "filter", "sac", "planes", "obstacles", "eval", "synth", "io", "cloud_io", "facade"},
+    "apps": {"core", "filter", "sac", "planes", "obstacles", "track", "eval", "synth", "io", "cloud_io", "facade"},
 }
 
 # Which headers from outside the project a module may include, by the first part of the path. The standard library and
