@@ -20,6 +20,8 @@ struct Rounded {
 
   Rounded() = default;
   Rounded(float exact) : value(static_cast<double>(exact)) {}  // NOLINT(google-explicit-constructor)
+  /// A number that was rounded so many times before.
+  Rounded(float stored, double roundings) : Rounded(stored) { error = roundings * kUnit * std::abs(value); }
   /// After one rounding of what is known to `error`.
   static Rounded after(double value, double error) {
     Rounded result;

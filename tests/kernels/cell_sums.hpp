@@ -13,14 +13,15 @@
 
 namespace fransac::testing {
 
-/// Where a cell is from a plane: its place, the distance of its mean, the differences of its slopes.
+/// Where a cell is from a plane: its place, the distance of its mean, the differences of its slopes. What is stored of it was
+/// rounded so many times.
 struct CellOffset {
-  CellOffset(const kernels::CellArrays& cells, std::ptrdiff_t i, const kernels::CellSetPlane& plane)
-      : x(Rounded(cells.u[i]) - plane.u0),
-        y(Rounded(cells.v[i]) - plane.v0),
-        r(Rounded(cells.q[i]) - plane.q0 - Rounded(plane.du) * x - Rounded(plane.dv) * y),
-        a(Rounded(cells.du[i]) - plane.du),
-        b(Rounded(cells.dv[i]) - plane.dv) {}
+  CellOffset(const kernels::CellArrays& cells, std::ptrdiff_t i, const kernels::CellSetPlane& plane, double roundings = 0.0)
+      : x(Rounded(cells.u[i], roundings) - plane.u0),
+        y(Rounded(cells.v[i], roundings) - plane.v0),
+        r(Rounded(cells.q[i], roundings) - plane.q0 - Rounded(plane.du) * x - Rounded(plane.dv) * y),
+        a(Rounded(cells.du[i], roundings) - plane.du),
+        b(Rounded(cells.dv[i], roundings) - plane.dv) {}
   Rounded x, y, r, a, b;
 };
 
@@ -28,15 +29,16 @@ struct CellOffset {
 constexpr std::size_t kCellSums = 10;
 
 inline std::vector<Rounded> sums_of(const kernels::CellArrays& cells, const std::vector<std::ptrdiff_t>& set,
-                                    const kernels::CellSetPlane& plane) {
+                                    const kernels::CellSetPlane& plane, double roundings = 0.0) {
   std::vector<std::vector<Rounded>> terms(kCellSums);
   for (const std::ptrdiff_t i : set) {
-    const auto [x, y, r, a, b] = CellOffset(cells, i, plane);
-    const Rounded n = cells.n[i], xx = cells.uu[i], xy = cells.uv[i], yy = cells.vv[i];
+    const auto [x, y, r, a, b] = CellOffset(cells, i, plane, roundings);
+    const Rounded n = cells.n[i];
+    const Rounded xx(cells.uu[i], roundings), xy(cells.uv[i], roundings), yy(cells.vv[i], roundings);
     // A pixel's residual is the cell's, and that of the cell's plane, whose slopes are off by (a, b).
     const Rounded xr = xx * a + xy * b;
     const Rounded yr = xy * a + yy * b;
-    const Rounded rr = Rounded(cells.residual[i]) + b * yr + a * xr;
+    const Rounded rr = Rounded(cells.residual[i], roundings) + b * yr + a * xr;
     const Rounded products[kCellSums] = {n,
                                          n * x,
                                          n * y,
