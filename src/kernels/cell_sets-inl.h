@@ -125,15 +125,15 @@ HWY_INLINE Sums NoSums() {
 /// Adds what the cells from `i` on have, those of the mask.
 HWY_INLINE void AddCells(const CellArrays& cells, std::ptrdiff_t i, Mask mask, const PlaneVectors& p, Sums& sums) {
   const Float n = hn::IfThenElseZero(mask, Get(cells.n, i));
-  const Float x = hn::Sub(Get(cells.u, i), p.u0);
-  const Float y = hn::Sub(Get(cells.v, i), p.v0);
-  // What is not in the set may be anything.
+  // What is not in the set may be anything, NaN too.
+  const Float x = hn::IfThenElseZero(mask, hn::Sub(Get(cells.u, i), p.u0));
+  const Float y = hn::IfThenElseZero(mask, hn::Sub(Get(cells.v, i), p.v0));
   const Float off = hn::IfThenElseZero(mask, Offset(cells, i, x, y, p));
   const Float a = hn::IfThenElseZero(mask, hn::Sub(Get(cells.du, i), p.du));
   const Float b = hn::IfThenElseZero(mask, hn::Sub(Get(cells.dv, i), p.dv));
-  const Float xx = Get(cells.uu, i);
-  const Float xy = Get(cells.uv, i);
-  const Float yy = Get(cells.vv, i);
+  const Float xx = hn::IfThenElseZero(mask, Get(cells.uu, i));
+  const Float xy = hn::IfThenElseZero(mask, Get(cells.uv, i));
+  const Float yy = hn::IfThenElseZero(mask, Get(cells.vv, i));
   const Float xr = hn::MulAdd(xx, a, hn::Mul(xy, b));
   const Float yr = hn::MulAdd(xy, a, hn::Mul(yy, b));
   const Float inside = hn::MulAdd(a, xr, hn::MulAdd(b, yr, hn::IfThenElseZero(mask, Get(cells.residual, i))));
@@ -289,8 +289,8 @@ CellSetShape SumShape(const CellArrays& first, const std::uint64_t* HWY_RESTRICT
   Float off = Set(0.0F);
   Float slope = Set(0.0F);
   ForEach(set, rows, words, first.stride, [&](std::ptrdiff_t i, Mask mask) HWY_ATTR {
-    const Float u = hn::Sub(Get(first.u, i), p.u0);
-    const Float v = hn::Sub(Get(first.v, i), p.v0);
+    const Float u = hn::IfThenElseZero(mask, hn::Sub(Get(first.u, i), p.u0));
+    const Float v = hn::IfThenElseZero(mask, hn::Sub(Get(first.v, i), p.v0));
     const Float r = hn::IfThenElseZero(mask, Offset(first, i, u, v, p));
     const Float x = hn::Mul(u, per_cell);
     const Float y = hn::Mul(v, per_cell);

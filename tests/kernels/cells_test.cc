@@ -207,6 +207,23 @@ TEST_P(Cells, MomentsAreTheTruthsToRounding) {
   });
 }
 
+/// Those of cells without a plane too.
+TEST_P(Cells, MomentsReturnTheNumberOfMeasurements) {
+  for_random_images([](const auto& image) {
+    using Raw = RawOf<decltype(image)>;
+    std::size_t measured = 0;
+    for (std::size_t u = 0; u < image.cells * kSide; ++u) {
+      for (std::size_t v = 0; v < kSide; ++v) measured += image.at(u, v) != Raw{0} ? 1U : 0U;
+    }
+    for (const float least : {0.0F, 32.0F, 65.0F}) {
+      for (const auto* kernels : {&cell_kernels<Raw>(), &ref::cell_kernels<Raw>()}) {
+        Moments moments(image.cells);
+        EXPECT_EQ(kernels->moments(image.rows(), image.cells, kMetres<Raw>, least, moments.pointers()), measured);
+      }
+    }
+  });
+}
+
 /// Float rows of planes in inverse depth: all that is left are roundings of depth and of its inverse.
 TEST_P(Cells, ExactPlanesLeaveNoResidual) {
   RandomStream random = testing::test_random();
@@ -446,9 +463,11 @@ TEST_P(Cells, LabelNoneTellsMeasurementsFromHoles) {
     using Raw = RawOf<decltype(image)>;
     for (std::size_t first = 0; first < image.cells; first += 3) {
       const std::size_t cells = std::min<std::size_t>(image.cells - first, 5);
-      const Labelled<Raw> got(cell_kernels<Raw>(), image, first, cells, kMetres<Raw>, {}, {});
-      for (std::size_t u = first * kSide; u < (first + cells) * kSide; ++u) {
-        for (std::size_t v = 0; v < kSide; ++v) EXPECT_EQ(got.labels[v][u], image.at(u, v) == Raw{0} ? 0 : 255);
+      for (const auto* kernels : {&cell_kernels<Raw>(), &ref::cell_kernels<Raw>()}) {
+        const Labelled<Raw> got(*kernels, image, first, cells, kMetres<Raw>, {}, {});
+        for (std::size_t u = first * kSide; u < (first + cells) * kSide; ++u) {
+          for (std::size_t v = 0; v < kSide; ++v) EXPECT_EQ(got.labels[v][u], image.at(u, v) == Raw{0} ? 0 : 255);
+        }
       }
     }
   });
