@@ -21,5 +21,6 @@ Command add_evaluate(CLI::App& parent);
 Command add_report(CLI::App& parent);
 Command add_bench(CLI::App& parent);
 Command add_synth(CLI::App& parent);
+Command add_track(CLI::App& parent);
 
 }  // namespace fransac::cli

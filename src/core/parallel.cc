@@ -3,6 +3,7 @@
 
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
 #include <tbb/partitioner.h>
 #include <tbb/task_arena.h>
 
@@ -52,6 +53,12 @@ void run_parallel(int threads, std::size_t n, IndexFunction body) {
 }
 #endif
 
+void run_one_by_one(IndexPredicate next, std::span<const PipelineStage> stages) {
+  while (next(0)) {
+    for (const PipelineStage& stage : stages) stage.run(0);
+  }
+}
+
 }  // namespace
 
 int resolve_threads(int threads) { return threads > 0 ? threads : tbb::info::default_concurrency(); }
@@ -64,6 +71,34 @@ void parallel_for(int threads, std::size_t n, IndexFunction body) {
     return;
   }
   run_parallel(count, n, body);
+}
+
+void run_pipeline(int threads, std::size_t slots, IndexPredicate next, std::span<const PipelineStage> stages) {
+  const int count = std::min(resolve_threads(threads), tbb::info::default_concurrency());
+#ifdef __SANITIZE_THREAD__
+  constexpr bool kWatched = true;  // see run_parallel
+#else
+  constexpr bool kWatched = false;
+#endif
+  if (count == 1 || slots <= 1 || kWatched) return run_one_by_one(next, stages);
+  // Items leave in the order in which they came and no more than `slots` are on their way: the slot of the one that came `slots`
+  // items ago is free.
+  std::size_t items = 0;
+  tbb::filter<void, std::size_t> chain(tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) {
+    const std::size_t slot = items++ % slots;
+    if (!next(slot)) control.stop();
+    return slot;
+  });
+  for (const PipelineStage& stage : stages) {
+    chain &= tbb::filter<std::size_t, std::size_t>(
+        stage.several_at_once ? tbb::filter_mode::parallel : tbb::filter_mode::serial_in_order, [&stage](std::size_t slot) {
+          stage.run(slot);
+          return slot;
+        });
+  }
+  const tbb::filter<std::size_t, void> end(tbb::filter_mode::serial_in_order, [](std::size_t /*slot*/) {});
+  tbb::task_arena arena(count);
+  arena.execute([&] { tbb::parallel_pipeline(slots, chain & end); });
 }
 
 }  // namespace fransac

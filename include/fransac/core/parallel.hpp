@@ -4,27 +4,42 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <type_traits>
 
 namespace fransac {
 
-/// A reference to a callable `void(std::size_t)`: no allocation, valid while the callable lives.
-class IndexFunction {
+/// A reference to a callable of a `std::size_t`: no allocation, valid while the callable lives.
+template <class Result>
+class IndexCallable {
  public:
-  template <class F, class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, IndexFunction>>>
-  IndexFunction(F&& function)  // NOLINT(google-explicit-constructor,bugprone-forwarding-reference-overload)
+  template <class F, class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, IndexCallable>>>
+  IndexCallable(F&& function)  // NOLINT(google-explicit-constructor,bugprone-forwarding-reference-overload)
       : object_(const_cast<void*>(static_cast<const void*>(std::addressof(function)))),
-        call_([](void* object, std::size_t i) { (*static_cast<std::remove_reference_t<F>*>(object))(i); }) {}
-  void operator()(std::size_t i) const { call_(object_, i); }
+        call_([](void* object, std::size_t i) -> Result { return (*static_cast<std::remove_reference_t<F>*>(object))(i); }) {}
+  Result operator()(std::size_t i) const { return call_(object_, i); }
 
  private:
   void* object_;
-  void (*call_)(void*, std::size_t);
+  Result (*call_)(void*, std::size_t);
 };
+using IndexFunction = IndexCallable<void>;
+using IndexPredicate = IndexCallable<bool>;
 
 /// Calls `body(i)` for i in [0, n), on up to `threads` threads (0: all cores, 1: here, in order). Returns when all are
 /// done. What `body` computes must depend on i only; then the number of threads changes nothing but time.
 void parallel_for(int threads, std::size_t n, IndexFunction body);
+
+/// One step of what is done to every item of a stream.
+struct PipelineStage {
+  IndexFunction run;             ///< Of a slot.
+  bool several_at_once = false;  ///< Whether items may overtake each other here; else one after the other, in order.
+};
+
+/// Takes items through stages, several on their way at once, on up to `threads` threads (0: all cores, 1: here, one by one).
+/// `next` puts the next item into a slot, [0, slots), and says whether there was one. No more than `slots` are on their way, so
+/// that a slow stage slows `next` down. The last stage must be in order. An exception ends it and is thrown on.
+void run_pipeline(int threads, std::size_t slots, IndexPredicate next, std::span<const PipelineStage> stages);
 
 /// The number of threads that `threads` stands for: itself, or the number of cores for 0.
 int resolve_threads(int threads);

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Raw depth frames from a pipe. A line of text, then frames:
+///
+///   fransac-depth 1 WIDTH HEIGHT uint16|float32 METRES_PER_UNIT FX FY CX CY\n
+///
+/// Each frame is a timestamp in seconds (a 64-bit float) and HEIGHT rows of WIDTH values; all little-endian. METRES_PER_UNIT is 1
+/// for float32, whose values are metres.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <vector>
+
+#include "fransac/core/camera.hpp"
+#include "fransac/core/depth_image.hpp"
+
+namespace fransac::cli {
+
+struct StreamFrame {
+  double timestamp_s = 0.0;
+  std::vector<std::uint16_t> units;  ///< One of the two is empty.
+  std::vector<float> metres;
+};
+
+class DepthStream {
+ public:
+  /// Reads the header. Throws Failure, as read().
+  explicit DepthStream(std::istream& in);
+  [[nodiscard]] const Camera& camera() const { return camera_; }
+  /// False at the end. A stream that ends within a frame is a Failure.
+  bool read(StreamFrame& frame);
+  [[nodiscard]] DepthView view(const StreamFrame& frame) const;
+
+ private:
+  bool read_exactly(void* data, std::size_t bytes);
+
+  std::istream& in_;
+  Camera camera_;
+  DepthFormat format_ = DepthFormat::uint16;
+  std::size_t frames_ = 0;
+};
+
+}  // namespace fransac::cli
