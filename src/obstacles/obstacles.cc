@@ -7,6 +7,7 @@
 #include <numeric>
 #include <string>
 
+#include "fransac/core/true_object.hpp"
 #include "obstacles/drops.hpp"
 #include "obstacles/footprint.hpp"
 #include "obstacles/objects.hpp"
@@ -41,11 +42,7 @@ GroundFrame ground_frame(const Plane& support) {
   GroundFrame frame;
   const Eigen::Vector3d& up = support.normal;
   frame.origin = -support.d * up;
-  // Where the camera looks straight down, its upper edge is ahead.
-  Eigen::Vector3d ahead = Eigen::Vector3d::UnitZ() - up.z() * up;
-  constexpr double kStraightDown = 1e-3;
-  if (ahead.norm() < kStraightDown) ahead = -Eigen::Vector3d::UnitY() + up.y() * up;
-  ahead.normalize();
+  const Eigen::Vector3d ahead = ahead_of_camera(up);
   frame.axes << ahead, up.cross(ahead), up;
   return frame;
 }

@@ -158,7 +158,7 @@ TEST(Frame, TruthTellsObjectsAndWhereTheCameraIs) {
   EXPECT_THAT(text, HasSubstr(R"({"labels_hold_for":"sequence","pose":{"translation":[1.5,-2.5,0.25],"quaternion":[1.0,)"));
   EXPECT_THAT(text,
               HasSubstr(R"({"id":7,"pixels":3,"box":{"centre":[1.0,2.0,4.0],"size":[0.5,0.25,0.125],"along":[1.0,0.0,0.0],)"));
-  EXPECT_THAT(text, HasSubstr(R"("yaw_rad":0.0},"support":null,"height_range_m":null})"));
+  EXPECT_THAT(text, HasSubstr(R"("yaw_rad":1.5707963267948966},"support":null,"height_range_m":null})"));
   EXPECT_THAT(text, HasSubstr(R"({"id":8,"pixels":0,)"));
   EXPECT_THAT(text, HasSubstr(R"("support":{"normal":[0.0,-1.0,0.0],"d":0.75},"height_range_m":[0.5,0.625]})"));
   EXPECT_TRUE(load_frame(list_frames(folder.path())->frames[0]).ok());

@@ -9,6 +9,9 @@
 
 namespace fransac {
 
+/// The camera's viewing direction as it lies across `up`, a unit vector; where it looks along `up`, the image's upward direction.
+Eigen::Vector3d ahead_of_camera(const Eigen::Vector3d& up);
+
 /// A box with one edge along the normal of what it stands on.
 struct OrientedBox {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< Metres.
@@ -16,8 +19,7 @@ struct OrientedBox {
   Eigen::Vector3d along = Eigen::Vector3d::UnitX();  ///< Unit vector across `up`.
   Eigen::Vector3d up = -Eigen::Vector3d::UnitY();    ///< Unit vector.
 
-  /// Angle of `along` about `up`, from the camera's x axis as it lies across `up` (its z axis, where x is `up`), radians. A box
-  /// looks the same after half a turn, so in (-pi/2, pi/2].
+  /// Angle of `along` about `up` from ahead_of_camera(up), radians. A box looks the same after half a turn, so in (-pi/2, pi/2].
   [[nodiscard]] double yaw_rad() const;
 };
 
