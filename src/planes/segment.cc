@@ -40,6 +40,7 @@ Workspace::Workspace() : impl_(std::make_unique<Impl>()) {}
 Workspace::~Workspace() = default;
 Workspace::Workspace(Workspace&&) noexcept = default;
 Workspace& Workspace::operator=(Workspace&&) noexcept = default;
+void Workspace::expect(std::span<const PlaneSegment> planes) { impl_->cells.wanted.assign(planes.begin(), planes.end()); }
 
 namespace {
 

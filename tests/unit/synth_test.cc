@@ -551,7 +551,7 @@ TEST(Things, BoxesAreTightAndStandOnWhatHasNoId) {
 }
 
 TEST(OrientedBox, YawCountsFromAheadOfTheCamera) {
-  OrientedBox box;  // up is -y of the camera
+  OrientedBox box;                              // up is -y of the camera
   EXPECT_NEAR(box.yaw_rad(), 0.5 * pi, 1e-15);  // across the view
   const auto turned = [&](double angle) {
     box.along = Eigen::AngleAxisd(angle, box.up) * Vector3d::UnitZ();
@@ -560,7 +560,7 @@ TEST(OrientedBox, YawCountsFromAheadOfTheCamera) {
   EXPECT_NEAR(turned(0.3), 0.3, 1e-15);
   EXPECT_NEAR(turned(-1.5), -1.5, 1e-15);
   EXPECT_NEAR(turned(2.0), 2.0 - pi, 1e-15);  // half a turn on
-  box.up = -Vector3d::UnitZ();  // straight down: the image's upper edge is ahead
+  box.up = -Vector3d::UnitZ();                // straight down: the image's upper edge is ahead
   box.along = -Vector3d::UnitY();
   EXPECT_EQ(box.yaw_rad(), 0.0);
 }

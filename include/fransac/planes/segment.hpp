@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -92,6 +93,10 @@ class Workspace {
   ~Workspace();
   Workspace(Workspace&&) noexcept;
   Workspace& operator=(Workspace&&) noexcept;
+
+  /// Planes that `cells` tries first from now on, at their centroids: the last frame's. They have to be seen as clearly as any
+  /// other. Empty, the default: none. What is found depends on them a little.
+  void expect(std::span<const PlaneSegment> planes);
 
   struct Impl;
   Impl& impl() { return *impl_; }

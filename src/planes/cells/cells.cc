@@ -161,6 +161,27 @@ void find_directions(const CellsOptions& options, Segmentation& result) {
   if (result.up) classify(*result.up, result.planes);
 }
 
+/// Where planes should be seen that were wanted first.
+void expect(const Camera& camera, Buffers& b) {
+  b.expected.clear();
+  for (const PlaneSegment& wanted : b.wanted) {
+    const Plane& plane = wanted.plane;
+    const Eigen::Vector3d& middle = wanted.centroid;
+    constexpr double kNearest_m = 1e-3;  // nothing is seen there, and planes through the camera are not affine in q
+    if (middle.z() < kNearest_m || std::abs(plane.d) < kNearest_m) continue;
+    // -n . ray / d, ray = (x / fx, y / fy, 1) with x, y from the principal point.
+    InversePlane inverse;
+    inverse.du = -plane.normal.x() / (plane.d * camera.fx);
+    inverse.dv = -plane.normal.y() / (plane.d * camera.fy);
+    inverse.base = -plane.normal.z() / plane.d + inverse.du * (0.5 * b.grid.width - camera.cx) +
+                   inverse.dv * (0.5 * b.grid.height - camera.cy);
+    const double u = camera.fx * middle.x() / middle.z() + camera.cx;
+    const double v = camera.fy * middle.y() / middle.z() + camera.cy;
+    if (!(u >= 0.0 && u < b.grid.width && v >= 0.0 && v < b.grid.height)) continue;
+    b.expected.push_back({inverse, u - 0.5 * b.grid.width, v - 0.5 * b.grid.height});
+  }
+}
+
 template <class Raw>
 Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& options, const AxisLimits* limits,
             const SensorModel& sensor, Buffers& b, StageClock& clock, Segmentation& result) {
@@ -174,7 +195,8 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   if (Status status = require_points(result.valid_points, kMeasured); !status) return status;
   if (Status status = require_points(result.sampled_points, kWithinLimits); !status) return status;
   clock.end(Stage::cells);
-  grow_regions(b.grid, camera, b.region_buffers, b.regions);
+  expect(camera, b);
+  grow_regions(b.grid, camera, b.expected, b.region_buffers, b.regions);
   clock.end(Stage::regions);
   merge_regions(b.grid, b.merge, b.regions);
   reassign_borders(b.grid, b.reassign, b.regions);

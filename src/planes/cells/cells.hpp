@@ -23,8 +23,10 @@ struct Buffers {
   Regions regions;
   MergeBuffers merge;
   ReassignBuffers reassign;
-  std::vector<std::uint8_t> labels;  ///< Per region.
-  std::vector<std::int16_t> ranked;  ///< Regions by label.
+  std::vector<PlaneSegment> wanted;     ///< By Workspace::expect.
+  std::vector<ExpectedPlane> expected;  ///< The same in the image.
+  std::vector<std::uint8_t> labels;     ///< Per region.
+  std::vector<std::int16_t> ranked;     ///< Regions by label.
   LabelPixelBuffers pixels;
 };
 

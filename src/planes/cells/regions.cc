@@ -133,6 +133,37 @@ class Grower {
     for (std::size_t i = 0; i < grid.size(); ++i) b_.weight[i] = static_cast<float>(grid.usable[i]);
   }
 
+  /// Planes that are expected need not be found: they start where they were seen, from a cell on them nearby.
+  void run(std::span<const ExpectedPlane> expected) {
+    constexpr int kNear = 2;
+    for (const ExpectedPlane& plane : expected) {
+      const int row = static_cast<int>((plane.v + 0.5 * grid_.height) / kernels::kCell);
+      const int column = static_cast<int>((plane.u + 0.5 * grid_.width) / kernels::kCell);
+      const FloatPlane test(plane.plane);
+      int best_row = -1;
+      int best_column = 0;
+      float least = std::numeric_limits<float>::infinity();
+      const Spread::Window near = spread_.window(row, column, kNear);
+      for (int r = near.top; r <= near.bottom; ++r) {
+        for (int c = near.left; c <= near.right; ++c) {
+          const int i = grid_.index(r, c);
+          const Grid::Distance distance = grid_.distance(i, test);
+          if (!spread_.is_free(r, c) || !distance.within(grid_.slack[at(i)]) || distance.mean + distance.slope >= least) continue;
+          least = distance.mean + distance.slope;
+          best_row = r;
+          best_column = c;
+        }
+      }
+      if (best_row < 0) continue;
+      PlaneFit start;
+      start.plane = plane.plane;
+      start.u = plane.u;
+      start.v = plane.v;
+      cells_ = 0;
+      finish(best_row, best_column, start, static_cast<int>(kC.least_cells));
+    }
+  }
+
   void run(const SeedBlock& seed) {
     find_seeds(seed.block);
     for (const std::int32_t cell : b_.seeds) {
@@ -213,18 +244,27 @@ class Grower {
       if (!spread_.touches(window)) break;
     }
     if (cells_ < seed.least_members) return;
+    finish(row, column, *plane, seed.least_members);
+  }
+
+  /// Spreads without a limit, and keeps what comes of it.
+  void finish(int row, int column, PlaneFit plane, int least_members) {
     // Anew with the last plane, so that what an early one took by mistake goes, until nothing changes, or twice.
     const Spread::Window all = spread_.window(row, column, std::max(grid_.rows, grid_.columns));
     constexpr int kAgain = 2;
     for (int again = 0, before = -1; again < kAgain && cells_ != before; ++again) {
       before = cells_;
-      if (!spread(all)) return;
+      const kernels::CellSetPlane reference = about(plane.plane, plane.u, plane.v);
+      spread_.run(row, column, reference, all);
+      const auto better = fit_set(reference);
+      if (!better) return;
+      plane = *better;
     }
-    if (cells_ < seed.least_members) return;
+    if (cells_ < least_members) return;
     // Whether it is a plane or not, its cells have been looked at.
     spread_.claim();
     spread_.for_each([&](int i) { b_.weight[at(i)] = 0.0F; });
-    const Region region{.moments = moments_, .fit = *plane, .cells = cells_};
+    const Region region{.moments = moments_, .fit = plane, .cells = cells_};
     if (!judge_.is_plane(region, spread_)) return;
     const auto id = static_cast<std::int16_t>(regions_.list.size());
     spread_.for_each([&](int i) { regions_.owner[at(i)] = id; });
@@ -268,8 +308,10 @@ void find_uniform(const Grid& grid, const AlignedVector<std::int16_t>& owner, Un
   }
 }
 
-void grow_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions) {
+void grow_regions(const Grid& grid, const Camera& camera, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
+                  Regions& regions) {
   Grower grower(grid, camera, buffers, regions);
+  grower.run(expected);
   for (const SeedBlock& block : seed_blocks()) grower.run(block);
 }
 

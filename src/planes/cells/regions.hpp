@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fransac/core/aligned.hpp"
@@ -40,8 +41,17 @@ struct RegionBuffers {
   std::vector<std::int32_t> seeds;  ///< Cells, the flattest first.
 };
 
-/// Grows regions from the flattest places. Keeps those that are no chance and no pieces of curved surfaces.
-void grow_regions(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions);
+/// A plane that is looked for first, and a pixel where it should be seen.
+struct ExpectedPlane {
+  InversePlane plane;
+  double u;  ///< From the image's centre.
+  double v;
+};
+
+/// Grows regions from what is expected, then from the flattest places. Keeps those that are no chance and no pieces of curved
+/// surfaces.
+void grow_regions(const Grid& grid, const Camera& camera, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
+                  Regions& regions);
 
 /// Which cells have the same owner as all their eight neighbours.
 struct UniformBuffers {
