@@ -486,11 +486,10 @@ Command add_segment(CLI::App& parent) {
   add_output(*app, "--overlay", command->overlay.path, "picture of the planes, or of the obstacles: PNG", "FILE");
   add_output(*app, "--cloud", command->cloud.path, "coloured points with labels: .pcd or .ply", "FILE");
   add_segment_options(*app, command->options);
-  CLI::Option* const obstacles = add_obstacle_options(
-      *app, command->obstacles, "find what stands on, hangs above or falls away from a plane (depth images)");
+  add_obstacle_options(*app, command->obstacles, "find what stands on, hangs above or falls away from a plane (depth images)");
   add_output(*app, "--obstacle-labels", command->obstacle_labels.path,
              "which obstacle each pixel is on: 16-bit PNG, 0 none, else the number in table and --json", "FILE");
-  app->get_option("--obstacle-labels")->needs(obstacles);
+  app->get_option("--obstacle-labels")->group(kObstacleGroup);
   app->footer(
       "Without any output file a table of the planes, and of the obstacles, is printed.\n"
       "For a folder of frames or a sequence, the outputs name folders (made when missing): one file per frame, named after it "

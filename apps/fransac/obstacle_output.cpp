@@ -61,7 +61,7 @@ void add_obstacles(Table& table, const std::optional<std::string>& frame, const 
 
 std::string no_support_text(const SupportChoice& support, const Segmentation& segmentation) {
   const std::size_t planes = segmentation.planes.size();
-  std::string why = fmt::format("there are {} planes", planes);
+  std::string why = fmt::format("planes found: {}", planes);
   if (planes > 0 && support.kind == SupportKind::floor) why = "no plane is a floor";
   if (planes > 0 && support.kind == SupportKind::table) why = "no plane is horizontal other than floor and ceiling";
   if (planes > 0 && support.kind != SupportKind::plane && !segmentation.up) why += ", for nothing tells what is up: try --up";

@@ -12,7 +12,6 @@ namespace fransac::cli {
 namespace {
 
 constexpr const char* kGroup = "Parameters of the methods";
-constexpr const char* kObstacleGroup = "Obstacles";
 constexpr std::string_view kPlanes = "planes";  // the one option with a word, 'all', for a number: 0
 constexpr std::string_view kMethod = "method";
 constexpr std::string_view kSensorParam = "sensor-param";
@@ -139,18 +138,18 @@ struct AddFlag {
   const char* group;
 
   template <class T>
-  CLI::Option* operator()(const OptionInfo& info, T& value) const {
+  void operator()(const OptionInfo& info, T& value) const {
     const std::string flag = fmt::format("--{}", info.name);
     if constexpr (kIsFlag<T>) {
       const auto set = [&value](std::int64_t count) { value = count > 0; };
-      return app.add_flag_function(fmt::format("{},!--no-{}", flag, info.name), set, describe(info, "", value_text(value)))
+      app.add_flag_function(fmt::format("{},!--no-{}", flag, info.name), set, describe(info, "", value_text(value)))
           ->group(group);
     } else {
       const std::string expected = expected_text(info, value);
       const auto set = [&value, info, flag, expected](const std::string& text) {
         if (!read_value(info, text, value)) reject(flag, expected, text);
       };
-      return app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))
+      app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))
           ->type_name(type_name<T>())
           ->group(group);
     }
@@ -243,7 +242,7 @@ std::optional<SupportChoice> parse_support(const std::string& text) {
   return SupportChoice{.kind = SupportKind::plane, .plane = *label};
 }
 
-CLI::Option* add_support(CLI::App& app, SupportChoice& support) {
+void add_support(CLI::App& app, SupportChoice& support) {
   const std::string flag = "--support";
   const std::string expected = fmt::format("auto, floor, table or a plane's label, 1 to {}", kMaxPlanes);
   const auto set = [&support, flag, expected](const std::string& text) {
@@ -254,7 +253,7 @@ CLI::Option* add_support(CLI::App& app, SupportChoice& support) {
   const std::string help =
       "the plane that obstacles are above or below; auto: the floor, else plane 1; table: the largest "
       "horizontal plane that is no floor";
-  return app.add_option_function<std::string>(flag, set, describe({.help = help}, expected, support_text(support)))
+  app.add_option_function<std::string>(flag, set, describe({.help = help}, expected, support_text(support)))
       ->type_name("NAME|N")
       ->group(kObstacleGroup);
 }
@@ -331,13 +330,18 @@ void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Met
   add_sensor_parameters(app, options.sensor);
 }
 
-CLI::Option* add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::string& help) {
-  CLI::Option* const asked = app.add_flag("--obstacles", request.asked, help)->group(kObstacleGroup);
-  add_support(app, request.options.support)->needs(asked);
-  for_each_obstacle_option(request.options, [&](const OptionInfo& info, auto& value) {
-    AddFlag{app, kObstacleGroup}(info, value)->needs(asked);
+void add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::string& help) {
+  app.add_flag("--obstacles", request.asked, help)->group(kObstacleGroup);
+  add_support(app, request.options.support);
+  for_each_obstacle_option(request.options, AddFlag{app, kObstacleGroup});
+  // Instead of the parser's own needs(), which fills the help with the word.
+  app.parse_complete_callback([&app, &request] {
+    if (request.asked) return;
+    for (const CLI::Option* option : app.get_options()) {
+      if (option->get_group() == kObstacleGroup && option->count() > 0)
+        throw CLI::RequiresError(option->get_name(), "--obstacles");
+    }
   });
-  return asked;
 }
 
 SegmentOptions Runs::options_of(Method method) const {

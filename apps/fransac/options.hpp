@@ -77,8 +77,11 @@ struct ObstacleRequest {
 
 /// "auto", "floor", "table" or a plane's label.
 std::string support_text(const SupportChoice& support);
-/// Adds "--obstacles", which is returned, "--support" and a flag for each other option; none goes without the first.
-CLI::Option* add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::string& help);
+/// The help's group of options that mean nothing without "--obstacles".
+inline constexpr const char* kObstacleGroup = "Obstacles";
+/// Adds "--obstacles", "--support" and a flag for each other option; without the first, an option of the group is refused. Both
+/// `app` and `request` must outlive the parsing.
+void add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::string& help);
 
 /// Which methods run, how often and with which options: what the commands that compare methods have in common.
 struct Runs {
