@@ -66,7 +66,10 @@ nlohmann::ordered_json rows_to_json(const std::vector<Row>& rows, bool with_scen
     if (with_scene) entry["scene"] = row.scene;
     entry["method"] = enum_name(row.method);
     for (std::size_t q = 0; q < kQuantityCount; ++q) {
-      if (row.scores.values[q]) entry[std::string(kQuantities[q].key)] = *row.scores.values[q];
+      if (!row.scores.values[q]) continue;
+      const QuantityInfo& quantity = kQuantities[q];
+      nlohmann::ordered_json& values = quantity.group.empty() ? entry : entry[std::string(quantity.group)];
+      values[std::string(quantity.key)] = *row.scores.values[q];
     }
     json.push_back(std::move(entry));
   }
@@ -75,7 +78,9 @@ nlohmann::ordered_json rows_to_json(const std::vector<Row>& rows, bool with_scen
 
 std::string csv_header() {
   std::string header = "dataset,scene,method";
-  for (const QuantityInfo& quantity : kQuantities) header += fmt::format(",{}", quantity.key);
+  for (const QuantityInfo& quantity : kQuantities) {
+    header += fmt::format(",{}{}{}", quantity.group, quantity.group.empty() ? "" : "_", quantity.key);
+  }
   return header;
 }
 
@@ -105,6 +110,7 @@ std::string csv_text(const std::vector<Row>& rows, const std::vector<Row>& means
 void check_evaluate(const EvaluateCommand& command) {
   check_named_once(command.datasets);
   check_options(command.runs.options);
+  check_options(command.runs.obstacles.options);
   if (!command.json.empty() && command.json == command.csv) {
     throw UsageError(fmt::format("--json and --csv both name '{}'", command.json));
   }
@@ -129,9 +135,9 @@ void run_evaluate(const EvaluateCommand& command) {
   }
   const std::vector<Row> means = means_of(command.datasets, command.runs.methods, rows);
   const auto json = [&] {
-    return to_text({{"scenes", rows_to_json(rows, true)},
-                    {"mean", rows_to_json(means, false)},
-                    {"options", options_to_json(command.runs.options)}});
+    nlohmann::ordered_json options = options_to_json(command.runs.options);
+    if (command.runs.obstacles.asked) options.update(options_to_json(command.runs.obstacles.options));
+    return to_text({{"scenes", rows_to_json(rows, true)}, {"mean", rows_to_json(means, false)}, {"options", std::move(options)}});
   };
   write_results({{command.json, json}, {command.csv, [&] { return csv_text(rows, means); }}},
                 [&] { return table_text(rows, means, command.datasets.size() > 1); });
@@ -147,6 +153,7 @@ Command add_evaluate(CLI::App& parent) {
   add_document(*app, "--json", command->json);
   add_document(*app, "--csv", command->csv);
   add_runs(*app, command->runs, 100000, "runs per frame; the median time counts");
+  add_obstacle_options(*app, command->runs.obstacles, "find obstacles and compare them with objects.png, where frames have one");
   app->footer(fmt::format(
       "precision, recall, F1: plane 1 against the truth's dominant plane; best F1: the predicted plane that overlaps it most.\n"
       "matched: F1 of plane 1 against the true plane that it fits best. A frame without a true plane has no scores.\n"
@@ -154,6 +161,12 @@ Command add_evaluate(CLI::App& parent) {
       "plane asked for\n"
       "(--planes all). angle, offset: error of the plane that overlaps most, where the truth has coefficients.\n"
       "fps: 1000 / median milliseconds from depth in memory to labels in memory; of means: frames per second over the dataset.\n"
+      "--obstacles: objects in the truth, found, false (on most of whose pixels there is no true one: walls are, too), over, "
+      "under (shares of\n"
+      "the true ones found in parts, of the found ones that are several) and F1 by IoU; object IoU: mean over the true ones of "
+      "the "
+      "best. Drops\n"
+      "are no objects. obstacles [ms]: median of what finding them adds.\n"
       "CSV columns (empty: does not apply; a method's mean rows come last, scene \"mean\"):\n{}",
       csv_header()));
   return {app, [command] { run_evaluate(*command); }};

@@ -22,9 +22,12 @@
 #include "fransac/filter/deproject.hpp"
 #include "fransac/io/file.hpp"
 #include "fransac/io/overlay.hpp"
+#include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/outline.hpp"
 #include "fransac/version.hpp"
+#include "geometry_json.hpp"
 #include "inputs.hpp"
+#include "obstacle_output.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -58,14 +61,22 @@ struct SegmentCommand {
   Output json{"--json", ".json", {}, {}};
   Output overlay{"--overlay", ".png", kPicture, {}};
   Output cloud{"--cloud", ".ply", kCloud, {}};
+  Output obstacle_labels{"--obstacle-labels", ".png", kPicture, {}};
   bool outlines = false;
   SegmentOptions options;
+  ObstacleRequest obstacles;
 
-  [[nodiscard]] std::array<const Output*, 4> outputs() const { return {&labels, &overlay, &cloud, &json}; }
+  [[nodiscard]] std::array<const Output*, 5> outputs() const { return {&labels, &obstacle_labels, &overlay, &cloud, &json}; }
   [[nodiscard]] bool asks_for_output() const {
     const auto all = outputs();
     return std::any_of(all.begin(), all.end(), [](const Output* output) { return output->asked(); });
   }
+};
+
+/// What a frame or cloud holds; the obstacles are empty unless they are asked for.
+struct Found {
+  Segmentation segmentation;
+  Obstacles obstacles;
 };
 
 bool has_extension(const fs::path& path, std::initializer_list<const char*> extensions) {
@@ -151,10 +162,11 @@ void check_names(const SegmentCommand& command, const Input& input) {
   }
 }
 
-/// Images of labels need rows and columns, outlines a camera.
+/// Images of labels need rows and columns, outlines and obstacles a camera.
 void check_organised(const SegmentCommand& command, const Content& content) {
   const auto* cloud = std::get_if<PointCloud>(&content);
   if (cloud != nullptr && command.outlines) throw UsageError("--outlines needs a depth image");
+  if (cloud != nullptr && command.obstacles.asked) throw UsageError("--obstacles needs a depth image");
   if (cloud == nullptr || (cloud->organised() && cloud->width <= kMaxImageSide && cloud->height <= kMaxImageSide)) return;
   for (const Output* output : {&command.labels, &command.overlay}) {
     if (output->asked()) throw UsageError(fmt::format("{} needs an organised cloud; use --cloud", output->option));
@@ -170,7 +182,9 @@ std::vector<float> distances(const PointCloud& cloud) {
   return metres;
 }
 
-io::ColourImage overlay_of(const Input& input, std::size_t i, const Content& content, const Segmentation& segmentation) {
+io::ColourImage overlay_of(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
+                           const Found& found) {
+  const Segmentation& segmentation = found.segmentation;
   if (const auto* cloud = std::get_if<PointCloud>(&content)) {
     const std::vector<float> metres = distances(*cloud);
     const DepthView view = DepthView::from_float(metres.data(), cloud->width, cloud->height);
@@ -178,8 +192,10 @@ io::ColourImage overlay_of(const Input& input, std::size_t i, const Content& con
   }
   std::optional<io::ColourImage> colour;
   if (input.frames[i].colour) colour = unwrap(io::read_colour_image(*input.frames[i].colour));
+  const io::ColourImage* const background = colour ? &*colour : nullptr;
   const DepthView view = std::get<io::Frame>(content).view();
-  return io::overlay(view, segmentation.labels, colour ? &*colour : nullptr);
+  if (command.obstacles.asked) return obstacle_overlay(view, segmentation, found.obstacles, background);
+  return io::overlay(view, segmentation.labels, background);
 }
 
 void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const Content& content,
@@ -193,39 +209,6 @@ void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const C
   for (std::size_t p = 0; p < labels.size(); ++p) labels[p] = segmentation.labels[cloud.source_of(p)];
   check(io::write_cloud(file, cloud, labels));
 #endif
-}
-
-template <class Vector>
-nlohmann::ordered_json vector_to_json(const Vector& vector) {
-  return std::vector<double>(vector.data(), vector.data() + vector.size());
-}
-
-template <class Vector>
-nlohmann::ordered_json vectors_to_json(const std::vector<Vector>& vectors) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const Vector& vector : vectors) json.push_back(vector_to_json(vector));
-  return json;
-}
-
-/// Row by row.
-nlohmann::ordered_json matrix_to_json(const Eigen::Matrix4d& matrix) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const auto& row : matrix.rowwise()) json.push_back(vector_to_json(Eigen::Vector4d(row)));
-  return json;
-}
-
-nlohmann::ordered_json ring_to_json(const Ring& ring) {
-  return {{"pixels", vectors_to_json(ring.pixels)}, {"points", vectors_to_json(ring.points)}};
-}
-
-nlohmann::ordered_json outlines_to_json(const std::vector<Outline>& outlines) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const Outline& outline : outlines) {
-    nlohmann::ordered_json holes = nlohmann::ordered_json::array();
-    for (const Ring& hole : outline.holes) holes.push_back(ring_to_json(hole));
-    json.push_back({{"outer", ring_to_json(outline.outer)}, {"holes", std::move(holes)}});
-  }
-  return json;
 }
 
 nlohmann::ordered_json plane_to_json(const PlaneSegment& segment, Method method) {
@@ -258,7 +241,8 @@ nlohmann::ordered_json timing_to_json(const Timing& timing) {
 }
 
 nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
-                               const Segmentation& segmentation) {
+                               const Found& found) {
+  const Segmentation& segmentation = found.segmentation;
   nlohmann::ordered_json json;
   json["input"] = input.name_of(i);
   if (input.is_folder_of_frames()) json["frame"] = input.frames[i].name;
@@ -268,9 +252,12 @@ nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input
   json["height"] = segmentation.height;
   json["planes"] = nlohmann::ordered_json::array();
   for (const PlaneSegment& plane : segmentation.planes) json["planes"].push_back(plane_to_json(plane, segmentation.method));
+  if (command.obstacles.asked) json["obstacles"] = obstacles_to_json(found.obstacles);
   if (command.outlines) {
-    const auto of_planes = outlines(segmentation, std::get<io::Frame>(content).camera);
+    const Camera& camera = std::get<io::Frame>(content).camera;
+    const auto of_planes = outlines(segmentation, camera);
     for (std::size_t p = 0; p < of_planes.size(); ++p) json["planes"][p]["outlines"] = outlines_to_json(of_planes[p]);
+    if (command.obstacles.asked) add_outlines(json["obstacles"], found.obstacles, of_planes, camera);
   }
   json["up"] = segmentation.up ? vector_to_json(*segmentation.up) : nullptr;
   json["up_source"] = enum_name(segmentation.up_source);
@@ -283,6 +270,7 @@ nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input
   json["rejected"] = segmentation.rejected;
   json["degenerate_samples"] = segmentation.degenerate;
   json["options"] = options_to_json(with_defaults(command.options, segmentation.method));
+  if (command.obstacles.asked) json["options"].update(options_to_json(command.obstacles.options));
   json["fransac_version"] = kVersion;
   return json;
 }
@@ -362,37 +350,43 @@ void add_planes(Table& table, const Input& input, std::size_t i, const Segmentat
 /// Files of a frame in memory, as far as they were asked for; the cloud's writer needs none.
 struct EncodedOutputs {
   std::vector<std::byte> labels;
+  std::vector<std::byte> obstacle_labels;
   std::vector<std::byte> overlay;
   std::string json;
 };
 
 EncodedOutputs encode_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
-                              const Segmentation& segmentation) {
+                              const Found& found) {
   EncodedOutputs encoded;
+  const auto& [segmentation, obstacles] = found;
   if (command.labels.asked()) {
     const io::LabelImage image{segmentation.width, segmentation.height, 1, segmentation.labels};
     encoded.labels = unwrap(io::encode_png(image));
   }
-  if (command.overlay.asked()) encoded.overlay = unwrap(io::encode_png(overlay_of(input, i, content, segmentation)));
+  if (command.obstacle_labels.asked()) {
+    const io::ObjectImage image{obstacles.width, obstacles.height, 1, obstacles.labels};
+    encoded.obstacle_labels = unwrap(io::encode_png(image));
+  }
+  if (command.overlay.asked()) encoded.overlay = unwrap(io::encode_png(overlay_of(command, input, i, content, found)));
   if (command.json.asked()) {
     const bool line = command.json.to_stdout() && input.is_folder_of_frames();
-    encoded.json = to_text(to_json(command, input, i, content, segmentation), line ? -1 : 2);
+    encoded.json = to_text(to_json(command, input, i, content, found), line ? -1 : 2);
   }
   return encoded;
 }
 
 /// All of a frame's outputs or, when one fails, none that is new.
-void write_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
-                   const Segmentation& segmentation) {
-  const EncodedOutputs encoded = encode_outputs(command, input, i, content, segmentation);
+void write_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content, const Found& found) {
+  const EncodedOutputs encoded = encode_outputs(command, input, i, content, found);
   Unfinished written;
   for (const Output* output : command.outputs()) {
     if (input.is_folder_of_frames() && output->asked() && !output->to_stdout()) written.make_folder(output->path);
   }
   const auto file = [&](const Output& output) { return written.add(output_file(output, input, i)); };
   if (command.labels.asked()) check(io::write_file(file(command.labels), encoded.labels));
+  if (command.obstacle_labels.asked()) check(io::write_file(file(command.obstacle_labels), encoded.obstacle_labels));
   if (command.overlay.asked()) check(io::write_file(file(command.overlay), encoded.overlay));
-  if (command.cloud.asked()) write_cloud(file(command.cloud), content, segmentation);
+  if (command.cloud.asked()) write_cloud(file(command.cloud), content, found.segmentation);
   if (command.json.asked()) write_text(command.json.to_stdout() ? "-" : file(command.json).string(), encoded.json);
   written.finish();
 }
@@ -402,9 +396,11 @@ struct SegmentRun {
   const SegmentCommand& command;
   const Input& input;
   Table table = plane_table(input);
+  Table obstacles_table = obstacle_table(input.is_folder_of_frames());
   Progress progress = Progress(input.size());
   Workspace workspace{};
-  Segmentation segmentation{};
+  ObstacleWorkspace obstacle_workspace{};
+  Found found{};
   bool any_planes = false;
   std::size_t failed = 0;
 
@@ -412,14 +408,38 @@ struct SegmentRun {
     progress.step(input.name_of(i));
     const Content content = load(input, i);
     check_organised(command, content);
-    segment(input.name_of(i), content, command.options, workspace, segmentation);
-    write_outputs(command, input, i, content, segmentation);
-    add_planes(table, input, i, segmentation);
-    any_planes = any_planes || !segmentation.planes.empty();
-    if (!segmentation.planes.empty()) return;
-    progress.clear();
-    explain_no_planes(input.name_of(i), content, command.options, segmentation);
+    segment(input.name_of(i), content, command.options, workspace, found.segmentation);
+    if (command.obstacles.asked) find(i, content);
+    write_outputs(command, input, i, content, found);
+    any_planes = any_planes || !found.segmentation.planes.empty();
+    if (!command.asks_for_output()) add_rows(i);
+    explain(i, content);
   }
+
+  void find(std::size_t i, const Content& content) {
+    const auto& frame = std::get<io::Frame>(content);
+    const AxisLimits* const limits = limits_of(command.options, found.segmentation.method, true);
+    const Status status = find_obstacles(frame.view(), frame.camera, found.segmentation, command.obstacles.options, limits,
+                                         obstacle_workspace, found.obstacles);
+    if (!status) throw Failure(fmt::format("{}: {}", input.name_of(i), status.error().message));
+  }
+
+  void add_rows(std::size_t i) {
+    add_planes(table, input, i, found.segmentation);
+    const auto frame = input.is_folder_of_frames() ? std::optional(input.frames[i].name) : std::nullopt;
+    add_obstacles(obstacles_table, frame, found.obstacles);
+  }
+
+  /// What was looked for in vain.
+  void explain(std::size_t i, const Content& content) {
+    progress.clear();
+    if (found.segmentation.planes.empty()) explain_no_planes(input.name_of(i), content, command.options, found.segmentation);
+    if (command.obstacles.asked && found.obstacles.support.empty()) {
+      log(fmt::format("{}: {}", input.name_of(i), no_support_text(command.obstacles.options.support, found.segmentation)));
+    }
+  }
+
+  [[nodiscard]] std::string text() const { return table.text() + (command.obstacles.asked ? "\n" + obstacles_table.text() : ""); }
 
   /// A bad frame among several does not stop the others; a standard output that is gone does.
   void frame_of_many(std::size_t i) try { frame(i); } catch (const StdoutFailure&) {
@@ -434,6 +454,7 @@ struct SegmentRun {
 void run_segment(const SegmentCommand& command) {
   check_usage(command);
   check_options(command.options);
+  check_options(command.obstacles.options);
   const Input input = open_input(command.input, command.camera);
   check_names(command, input);
   check_outputs(command, input);
@@ -441,7 +462,7 @@ void run_segment(const SegmentCommand& command) {
   SegmentRun run{command, input};
   for (std::size_t i = 0; i < input.size(); ++i) input.is_folder_of_frames() ? run.frame_of_many(i) : run.frame(i);
   run.progress.clear();
-  if (!command.asks_for_output() && run.any_planes) write_stdout(run.table.text());
+  if (!command.asks_for_output() && run.any_planes) write_stdout(run.text());
   if (run.failed > 0) throw Failure(fmt::format("{}: {} of {} frames failed", input.name, run.failed, input.size()));
 }
 
@@ -457,14 +478,20 @@ Command add_segment(CLI::App& parent) {
   add_camera(*app, command->camera);
   add_output(*app, "--labels", command->labels.path, "label image: 8-bit PNG, 0 no depth, 1, 2, ... planes, 255 on no plane",
              "FILE");
-  add_output(*app, "--json", command->json.path, "planes, evidence and timing; '-' is standard output", "FILE|-");
-  app->add_flag("--outlines", command->outlines,
-                "the planes' outlines in --json: polygons with holes, in pixels and on the plane in metres (depth images)");
-  add_output(*app, "--overlay", command->overlay.path, "picture of the planes: PNG", "FILE");
+  add_output(*app, "--json", command->json.path, "planes, obstacles, evidence and timing; '-' is standard output", "FILE|-");
+  app->add_flag(
+      "--outlines", command->outlines,
+      "the planes', drops' and free space's outlines in --json: polygons with holes, in pixels and on the plane in metres "
+      "(depth images)");
+  add_output(*app, "--overlay", command->overlay.path, "picture of the planes, or of the obstacles: PNG", "FILE");
   add_output(*app, "--cloud", command->cloud.path, "coloured points with labels: .pcd or .ply", "FILE");
   add_segment_options(*app, command->options);
+  add_obstacle_options(*app, command->obstacles, "find what stands on, hangs above or falls away from a plane (depth images)");
+  add_output(*app, "--obstacle-labels", command->obstacle_labels.path,
+             "which obstacle each pixel is on: 16-bit PNG, 0 none, else the number in table and --json", "FILE");
+  app->get_option("--obstacle-labels")->group(kObstacleGroup);
   app->footer(
-      "Without any output file a table of the planes is printed.\n"
+      "Without any output file a table of the planes, and of the obstacles, is printed.\n"
       "For a folder of frames or a sequence, the outputs name folders (made when missing): one file per frame, named after it "
       "(clouds: .ply);\n"
       "--json - then prints one document per line. A frame that fails is named on standard error, the others are done, and the "

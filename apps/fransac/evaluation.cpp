@@ -11,6 +11,7 @@
 #include "errors.hpp"
 #include "fransac/core/labels.hpp"
 #include "fransac/eval/metrics.hpp"
+#include "fransac/obstacles/obstacles.hpp"
 #include "inputs.hpp"
 #include "progress.hpp"
 #include "statistics.hpp"
@@ -74,6 +75,34 @@ Scores score(const io::Frame& frame, io::Truth truth, const SegmentOptions& opti
   return scores;
 }
 
+/// The ids of what was found, without drops: these are no objects.
+std::vector<std::uint16_t> objects_of(const Obstacles& found) {
+  std::vector<std::uint16_t> labels = found.labels;
+  for (std::uint16_t& label : labels) {
+    if (label != 0 && found.obstacles[label - 1U].kind == ObstacleKind::drop) label = 0;
+  }
+  return labels;
+}
+
+void score_objects(Scores& scores, const io::Frame& frame, const Obstacles& found) {
+  const auto metrics = unwrap(eval::object_metrics(frame.objects->pixels, objects_of(found), frame.depth.pixels));
+  scores[Quantity::objects_true] = metrics.true_objects;
+  scores[Quantity::objects_predicted] = metrics.predicted_objects;
+  scores[Quantity::objects_false] = metrics.false_objects;
+  if (metrics.true_objects == 0) return;  // nothing that could be found
+  scores[Quantity::objects_f1_50] = metrics.at50.f1;
+  scores[Quantity::objects_precision_50] = metrics.at50.precision;
+  scores[Quantity::objects_recall_50] = metrics.at50.recall;
+  scores[Quantity::objects_f1_75] = metrics.at75.f1;
+  scores[Quantity::objects_precision_75] = metrics.at75.precision;
+  scores[Quantity::objects_recall_75] = metrics.at75.recall;
+  scores[Quantity::objects_over] = metrics.over_segmentation;
+  scores[Quantity::objects_under] = metrics.under_segmentation;
+  double sum = 0.0;
+  for (const auto& object : metrics.objects) sum += object.iou;
+  scores[Quantity::objects_mean_iou] = sum / metrics.true_objects;
+}
+
 void set_fps(Scores& scores) {
   const double ms = scores[Quantity::median_ms].value_or(0.0);
   scores[Quantity::fps] = ms > 0.0 ? std::optional(1e3 / ms) : std::nullopt;
@@ -97,24 +126,53 @@ Row mean_of(const std::string& dataset, Method method, const std::vector<const R
   return mean;
 }
 
-Row evaluate_frame(const Runs& runs, Method method, const std::string& dataset, io::Truth truth, const io::Frame& frame,
-                   Workspace& workspace, Segmentation& segmentation) {
-  const SegmentOptions options = runs.options_of(method);
+/// What is kept from run to run.
+struct Work {
+  Workspace planes;
+  ObstacleWorkspace obstacles;
+  Obstacles found;
+};
+
+/// Milliseconds by run.
+struct Times {
   std::vector<double> total_ms;
   std::array<std::vector<double>, kStages> stage_ms;
+  std::vector<double> obstacles_ms;
+};
+
+Status run_once(const Runs& runs, const SegmentOptions& options, const io::Frame& frame, Work& work, Segmentation& segmentation,
+                Times& times) {
+  if (Status status = segment(frame.view(), frame.camera, options, work.planes, segmentation); !status) return status;
+  times.total_ms.push_back(segmentation.timing.total_ms);
+  for (std::size_t s = 0; s < kStages; ++s) times.stage_ms[s].push_back(segmentation.timing.stage_ms[s]);
+  if (!runs.obstacles.asked) return {};
+  const AxisLimits* const limits = limits_of(options, segmentation.method, true);
+  if (Status status =
+          find_obstacles(frame.view(), frame.camera, segmentation, runs.obstacles.options, limits, work.obstacles, work.found);
+      !status) {
+    return status;
+  }
+  times.obstacles_ms.push_back(work.found.total_ms);
+  return {};
+}
+
+Row evaluate_frame(const Runs& runs, Method method, const std::string& dataset, io::Truth truth, const io::Frame& frame,
+                   Work& work, Segmentation& segmentation) {
+  const SegmentOptions options = runs.options_of(method);
+  Times times;
   for (int run = 0; run < runs.repeat; ++run) {
-    if (const Status status = segment(frame.view(), frame.camera, options, workspace, segmentation); !status) {
+    if (const Status status = run_once(runs, options, frame, work, segmentation, times); !status) {
       throw Failure(fmt::format("{}: {}: {}", dataset, frame.name, status.error().message));
     }
-    total_ms.push_back(segmentation.timing.total_ms);
-    for (std::size_t s = 0; s < kStages; ++s) stage_ms[s].push_back(segmentation.timing.stage_ms[s]);
   }
   Row row{dataset, frame.name, method, {}, {}};
   if (truth != io::Truth::none && frame.labels) row.scores = score(frame, truth, options, segmentation);
   row.scores[Quantity::planes] = static_cast<double>(segmentation.planes.size());
-  row.scores[Quantity::median_ms] = median(total_ms);
+  row.scores[Quantity::median_ms] = median(times.total_ms);
   set_fps(row.scores);
-  for (std::size_t s = 0; s < kStages; ++s) row.stage_ms[s] = median(stage_ms[s]);
+  for (std::size_t s = 0; s < kStages; ++s) row.stage_ms[s] = median(times.stage_ms[s]);
+  if (runs.obstacles.asked) row.scores[Quantity::objects_median_ms] = median(times.obstacles_ms);
+  if (runs.obstacles.asked && frame.objects) score_objects(row.scores, frame, work.found);
   return row;
 }
 
@@ -136,14 +194,14 @@ io::Truth truth_of(const io::Dataset& dataset) {
 void evaluate_dataset(const Runs& runs, const std::string& name, const io::Dataset& dataset, const FrameVisitor& visit) {
   const io::Truth truth = truth_of(dataset);
   Progress progress(dataset.frames.size());
-  Workspace workspace;
+  Work work;
   std::vector<Segmentation> segmentations(runs.methods.size());
   for (const io::FrameFiles& files : dataset.frames) {
     progress.step(files.name);
     const io::Frame frame = unwrap(io::load_frame(files));
     std::vector<Row> rows;
     for (std::size_t m = 0; m < runs.methods.size(); ++m) {
-      rows.push_back(evaluate_frame(runs, runs.methods[m], name, truth, frame, workspace, segmentations[m]));
+      rows.push_back(evaluate_frame(runs, runs.methods[m], name, truth, frame, work, segmentations[m]));
     }
     visit(files, frame, rows, segmentations);
   }

@@ -46,13 +46,29 @@ enum class Quantity {
   planes,
   median_ms,
   fps,
+  objects_true,
+  objects_predicted,
+  objects_f1_50,
+  objects_precision_50,
+  objects_recall_50,
+  objects_f1_75,
+  objects_precision_75,
+  objects_recall_75,
+  objects_mean_iou,
+  objects_over,
+  objects_under,
+  objects_false,
+  objects_median_ms,
 };
 
 struct QuantityInfo {
   std::string_view key;      ///< In JSON and CSV.
   std::string_view heading;  ///< In the table; empty: not shown there.
   int decimals;
+  std::string_view group{};  ///< Not empty: the JSON object that holds it; CSV has group_key.
 };
+
+inline constexpr std::string_view kObjects = "objects";
 
 inline constexpr QuantityInfo kQuantities[] = {
     {"precision", "precision", 4},
@@ -81,9 +97,22 @@ inline constexpr QuantityInfo kQuantities[] = {
     {"planes", "", 2},
     {"median_ms", "", 3},
     {"fps", "fps", 1},
+    {"true", "objects", 1, kObjects},
+    {"predicted", "found", 1, kObjects},
+    {"f1_50", "object F1@0.5", 4, kObjects},
+    {"precision_50", "", 4, kObjects},
+    {"recall_50", "", 4, kObjects},
+    {"f1_75", "object F1@0.75", 4, kObjects},
+    {"precision_75", "", 4, kObjects},
+    {"recall_75", "", 4, kObjects},
+    {"mean_iou", "object IoU", 4, kObjects},
+    {"over_segmentation", "over", 4, kObjects},
+    {"under_segmentation", "under", 4, kObjects},
+    {"false", "false", 1, kObjects},
+    {"median_ms", "obstacles [ms]", 3, kObjects},
 };
 inline constexpr std::size_t kQuantityCount = std::size(kQuantities);
-static_assert(kQuantityCount == static_cast<std::size_t>(Quantity::fps) + 1);
+static_assert(kQuantityCount == static_cast<std::size_t>(Quantity::objects_median_ms) + 1);
 
 constexpr const QuantityInfo& info_of(Quantity quantity) { return kQuantities[static_cast<std::size_t>(quantity)]; }
 

@@ -135,6 +135,7 @@ std::string describe(const OptionInfo& info, const std::string& expected, const 
 
 struct AddFlag {
   CLI::App& app;
+  const char* group;
 
   template <class T>
   void operator()(const OptionInfo& info, T& value) const {
@@ -142,7 +143,7 @@ struct AddFlag {
     if constexpr (kIsFlag<T>) {
       const auto set = [&value](std::int64_t count) { value = count > 0; };
       app.add_flag_function(fmt::format("{},!--no-{}", flag, info.name), set, describe(info, "", value_text(value)))
-          ->group(kGroup);
+          ->group(group);
     } else {
       const std::string expected = expected_text(info, value);
       const auto set = [&value, info, flag, expected](const std::string& text) {
@@ -150,7 +151,7 @@ struct AddFlag {
       };
       app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))
           ->type_name(type_name<T>())
-          ->group(kGroup);
+          ->group(group);
     }
   }
 };
@@ -232,6 +233,31 @@ void add_methods(CLI::App& app, const OptionInfo& info, std::vector<Method>& met
       ->type_name("M,M,...");
 }
 
+/// "auto", "floor", "table" or a plane's label.
+std::optional<SupportChoice> parse_support(const std::string& text) {
+  const auto kind = enum_from_name<SupportKind>(text);
+  if (kind && kind != SupportKind::plane) return SupportChoice{.kind = *kind};
+  const auto label = parse_number<int>(text);
+  if (!label || *label < kLabelFirst || *label > kMaxPlanes) return std::nullopt;
+  return SupportChoice{.kind = SupportKind::plane, .plane = *label};
+}
+
+void add_support(CLI::App& app, SupportChoice& support) {
+  const std::string flag = "--support";
+  const std::string expected = fmt::format("auto, floor, table or a plane's label, 1 to {}", kMaxPlanes);
+  const auto set = [&support, flag, expected](const std::string& text) {
+    const auto choice = parse_support(text);
+    if (!choice) reject(flag, expected, text);
+    support = *choice;
+  };
+  const std::string help =
+      "the plane that obstacles are above or below; auto: the floor, else plane 1; table: the largest "
+      "horizontal plane that is no floor";
+  app.add_option_function<std::string>(flag, set, describe({.help = help}, expected, support_text(support)))
+      ->type_name("NAME|N")
+      ->group(kObstacleGroup);
+}
+
 struct ToJson {
   nlohmann::ordered_json& json;
 
@@ -253,6 +279,10 @@ struct ToJson {
 };
 
 }  // namespace
+
+std::string support_text(const SupportChoice& support) {
+  return support.kind == SupportKind::plane ? fmt::format("{}", support.plane) : std::string(enum_name(support.kind));
+}
 
 void add_count(CLI::App& app, const std::string& name, int& value, int min, int max, const std::string& help) {
   const OptionInfo info{"", "", "", static_cast<double>(min), static_cast<double>(max)};
@@ -295,9 +325,23 @@ void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Met
     }
     if (info.parameter_of == kSensorParam) return;
     if (info.name == kMethod && several_methods != nullptr) return add_methods(app, info, *several_methods);
-    AddFlag{app}(info, value);
+    AddFlag{app, kGroup}(info, value);
   });
   add_sensor_parameters(app, options.sensor);
+}
+
+void add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::string& help) {
+  app.add_flag("--obstacles", request.asked, help)->group(kObstacleGroup);
+  add_support(app, request.options.support);
+  for_each_obstacle_option(request.options, AddFlag{app, kObstacleGroup});
+  // Instead of the parser's own needs(), which fills the help with the word.
+  app.parse_complete_callback([&app, &request] {
+    if (request.asked) return;
+    for (const CLI::Option* option : app.get_options()) {
+      if (option->get_group() == kObstacleGroup && option->count() > 0)
+        throw CLI::RequiresError(option->get_name(), "--obstacles");
+    }
+  });
 }
 
 SegmentOptions Runs::options_of(Method method) const {
@@ -316,9 +360,20 @@ void check_options(const SegmentOptions& options) {
   if (const Status status = validate(options); !status) throw UsageError(status.error().message);
 }
 
+void check_options(const ObstacleOptions& options) {
+  if (const Status status = validate(options); !status) throw UsageError(status.error().message);
+}
+
 nlohmann::ordered_json options_to_json(const SegmentOptions& options) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for_each_option(options, ToJson{json});
+  return json;
+}
+
+nlohmann::ordered_json options_to_json(const ObstacleOptions& options) {
+  nlohmann::ordered_json json;
+  json["support"] = support_text(options.support);
+  for_each_obstacle_option(options, ToJson{json});
   return json;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Command line flags and JSON made from `for_each_option`, so that names, ranges, help texts and defaults stand once.
+/// Command line flags and JSON made from `for_each_option` and `for_each_obstacle_option`, so that names, ranges, help texts and
+/// defaults stand once.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "errors.hpp"
+#include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/options.hpp"
 
 namespace fransac::cli {
@@ -67,6 +69,20 @@ void add_document(CLI::App& app, const std::string& name, std::string& value);
 /// instead and `options.method` is left alone.
 void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods = nullptr);
 
+/// Whether obstacles are asked for, and how they are found.
+struct ObstacleRequest {
+  bool asked = false;
+  ObstacleOptions options;
+};
+
+/// "auto", "floor", "table" or a plane's label.
+std::string support_text(const SupportChoice& support);
+/// The help's group of options that mean nothing without "--obstacles".
+inline constexpr const char* kObstacleGroup = "Obstacles";
+/// Adds "--obstacles", "--support" and a flag for each other option; without the first, an option of the group is refused. Both
+/// `app` and `request` must outlive the parsing.
+void add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::string& help);
+
 /// Which methods run, how often and with which options: what the commands that compare methods have in common.
 struct Runs {
   explicit Runs(int times, std::vector<Method> compared = {Method::automatic}) : methods(std::move(compared)), repeat(times) {}
@@ -75,6 +91,7 @@ struct Runs {
   int repeat;
   std::optional<std::filesystem::path> camera;  ///< For all frames, instead of their own.
   SegmentOptions options;                       ///< Of all methods; its own method means nothing.
+  ObstacleRequest obstacles;
 
   [[nodiscard]] SegmentOptions options_of(Method method) const;
 };
@@ -84,8 +101,10 @@ void add_runs(CLI::App& app, Runs& runs, int max_repeat, const std::string& repe
 
 /// Checks what single flags cannot, for example that limits are in order. Throws UsageError.
 void check_options(const SegmentOptions& options);
+void check_options(const ObstacleOptions& options);
 
 /// All option values by name; null where the method decides.
 nlohmann::ordered_json options_to_json(const SegmentOptions& options);
+nlohmann::ordered_json options_to_json(const ObstacleOptions& options);
 
 }  // namespace fransac::cli

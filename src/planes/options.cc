@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "core/number_text.hpp"
+#include "planes/methods.hpp"
 
 namespace fransac {
 namespace {
@@ -69,6 +70,13 @@ std::string_view option_of_cells(const CellsOptions& cells) {
 }
 
 }  // namespace
+
+const AxisLimits* limits_of(const SegmentOptions& options, Method method, bool depth_image) {
+  const bool chosen = options.pass_through.limits != AxisLimits{};
+  // A cloud's axes mean nothing by themselves.
+  const bool by_method = parts_of(method).pass_through && depth_image;
+  return options.pass_through.use.value_or(chosen || by_method) ? &options.pass_through.limits : nullptr;
+}
 
 Status validate(const SegmentOptions& options) {
   RangeCheck check;

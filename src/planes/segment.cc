@@ -319,20 +319,11 @@ struct CloudSource {
   }
 };
 
-/// What the options keep of the input; null: all.
-template <class Source>
-const AxisLimits* limits_of(const SegmentOptions& options) {
-  const bool chosen = options.pass_through.limits != AxisLimits{};
-  // A cloud's axes mean nothing by themselves.
-  const bool by_method = parts_of(options.method).pass_through && Source::kDepthImage;
-  return options.pass_through.use.value_or(chosen || by_method) ? &options.pass_through.limits : nullptr;
-}
-
 /// The paper's figure 2: depth -> cloud -> pass-through -> voxel grid -> RANSAC -> labels. The other methods leave parts out.
 template <class Source>
 Status run_pipeline(const Source& source, const SegmentOptions& options, Workspace::Impl& work, Segmentation& result) {
   const MethodParts parts = parts_of(options.method);
-  const Recipe recipe{options, parts.voxel_grid, limits_of<Source>(options)};
+  const Recipe recipe{options, parts.voxel_grid, limits_of(options, options.method, Source::kDepthImage)};
   StageClock clock(result.timing);
   if (Status status = source.find(recipe, work, clock, result); !status) return status;
   clock.end(Stage::ransac);
@@ -372,8 +363,8 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
   if constexpr (Source::kDepthImage) {
     if (method == Method::cells) {
       StageClock clock(segmentation.timing);
-      return cells::find_planes(source.depth, source.camera, chosen, limits_of<Source>(chosen), workspace.impl().cells, clock,
-                                segmentation);
+      return cells::find_planes(source.depth, source.camera, chosen, limits_of(chosen, chosen.method, Source::kDepthImage),
+                                workspace.impl().cells, clock, segmentation);
     }
   }
   return run_pipeline(source, chosen, workspace.impl(), segmentation);

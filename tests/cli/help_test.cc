@@ -11,6 +11,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/options.hpp"
 
 namespace fransac {
@@ -74,6 +75,21 @@ TEST(Help, EveryCommandThatSegmentsTakesTheSameOptions) {
       SCOPED_TRACE(fmt::format("{} {}", command, info.name));
       if (!info.parameter_of.empty()) return;
       EXPECT_NE(entry_of(help, info.name).find(fmt::format("default: {}]", default_text(value))), std::string::npos);
+    });
+  }
+}
+
+TEST(Help, CommandsThatFindObstaclesShowTheirOptionsWithDefaultUnitAndText) {
+  for (const char* command : {"segment", "evaluate"}) {
+    const std::string help = output_of(fmt::format("{} --help", command));
+    EXPECT_NE(entry_of(help, "support").find("default: auto]"), std::string::npos);
+    ObstacleOptions options;
+    for_each_obstacle_option(options, [&](const OptionInfo& info, const auto& value) {
+      SCOPED_TRACE(fmt::format("{} {}", command, info.name));
+      const std::string entry = entry_of(help, info.name);
+      EXPECT_NE(entry.find(fmt::format("[{}; ", info.unit)), std::string::npos) << entry;
+      EXPECT_NE(entry.find(fmt::format("default: {}]", value)), std::string::npos) << entry;
+      EXPECT_NE(entry.find(info.help.substr(0, 20)), std::string::npos) << entry;
     });
   }
 }

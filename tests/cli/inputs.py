@@ -24,6 +24,39 @@ def png_bytes(width, height, bits, values, header=None):
             + chunk(b"IDAT", zlib.compress(b"".join(b"\0" + row for row in rows))) + chunk(b"IEND", b""))
 
 
+def png_chunks(data):
+    at = len(PNG_SIGNATURE)
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at:at + 8])
+        yield kind, data[at + 8:at + 8 + size]
+        at += size + 12
+
+
+def paeth(left, above, corner):
+    """Of the three, the one next to left + above - corner (PNG specification, 9.4)."""
+    return min((left, above, corner), key=lambda value: abs(left + above - corner - value))
+
+
+def grey16(data):
+    """Values of a 16-bit grey PNG, row by row."""
+    chunks = list(png_chunks(data))
+    width, height, bits, colour = struct.unpack(">IIBB", chunks[0][1][:10])
+    assert (bits, colour) == (16, 0), f"{bits} bits, colour type {colour}"
+    packed = zlib.decompress(b"".join(content for kind, content in chunks if kind == b"IDAT"))
+    stride, values = 2 * width, []
+    above = bytearray(stride)
+    for v in range(height):
+        start = v * (stride + 1)
+        kind, row = packed[start], bytearray(packed[start + 1:start + 1 + stride])
+        for i in range(stride):
+            left, corner = (row[i - 2], above[i - 2]) if i >= 2 else (0, 0)
+            predicted = (0, left, above[i], (left + above[i]) // 2, paeth(left, above[i], corner))[kind]
+            row[i] = (row[i] + predicted) % 256
+        values += struct.unpack(f">{width}H", row)
+        above = row
+    return values
+
+
 def write(path, data):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(data if isinstance(data, bytes) else data.encode())

@@ -21,11 +21,13 @@ A *.cases file is lines of a keyword and its text; '#' comments. Each case runs 
   absent FILE          does not exist afterwards
   exists FILE          exists afterwards and is not empty
   png FILE W H BITS    is a grey or colour PNG of this size and depth
+  object-ids FILE PATH is a 16-bit grey PNG of the "id"s of the list at PATH in stdout's JSON, each on its number of "pixels", and 0
   csv FILE ROWS COLS   is a table of this size
 
 Always checked: a case that fails (exit other than 0) prints nothing to stdout, says why on stderr after "fransac: ", and
 neither leaves a new file nor changes one; a case that succeeds prints nothing to stderr unless `stderr` expects it.
 """
+import collections
 import csv
 import json
 import math
@@ -87,6 +89,14 @@ def check_png(folder, text):
     assert header[:8] == inputs.PNG_SIGNATURE, f"{name} is no PNG"
     found = struct.unpack(">IIB", header[16:25])
     assert found == (int(width), int(height), int(bits)), f"{name} is {found}"
+
+
+def check_object_ids(folder, stdout, text):
+    name, _, path = text.partition(" ")
+    found = collections.Counter(inputs.grey16((folder / name).read_bytes()))
+    del found[0]
+    listed = {entry["id"]: entry["pixels"] for entry in look_up(json.loads(stdout), path)}
+    assert found == listed, f"{name} holds {dict(found)}, the list {listed}"
 
 
 def check_csv(folder, text):
@@ -152,6 +162,8 @@ def check_case(case, result, folder, before):
                 assert not (folder / text).exists(), f"{text} exists"
             elif keyword == "png":
                 check_png(folder, text)
+            elif keyword == "object-ids":
+                check_object_ids(folder, stdout, text)
             elif keyword == "csv":
                 check_csv(folder, text)
             elif keyword not in ("needs", "make", "run", "stdout-to", "exit", "partial"):

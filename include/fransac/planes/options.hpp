@@ -209,6 +209,9 @@ constexpr std::string_view enum_name(Enum value) {
   return EnumNames<Enum>::values[static_cast<int>(value)];
 }
 
+/// The limits of the pass-through that `method` (not `automatic`) runs behind with these options; null: none.
+const AxisLimits* limits_of(const SegmentOptions& options, Method method, bool depth_image);
+
 /// Checks every range, that the pass-through limits are in order, that the sensor's numbers mean something to its kind, and that
 /// `parallel_to`, `perpendicular_to`, `residuals` and `up` are not asked of a method other than `cells` (`automatic` is checked
 /// when the input is known). The message names the option.
