@@ -21,7 +21,9 @@
 #include "fransac/io/trajectory.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/track/tracker.hpp"
+#include "geometry_json.hpp"
 #include "inputs.hpp"
+#include "obstacle_output.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -37,8 +39,9 @@ struct TrackCommand {
   CameraFile camera;
   std::string poses;
   std::string json = "-";
-  bool obstacles = false;
+  ObstacleRequest obstacles;
   bool strict = false;
+  bool warm_start = false;
   SegmentOptions options;
   TrackOptions track;
 };
@@ -116,11 +119,6 @@ struct Slot {
   std::string line;
 };
 
-template <class Vector>
-nlohmann::ordered_json vector_to_json(const Vector& vector) {
-  return std::vector<double>(vector.data(), vector.data() + vector.size());
-}
-
 nlohmann::ordered_json pose_to_json(const TrackedFrame& frame) {
   const Eigen::Quaterniond q(frame.T_world_camera.linear());
   return {{"source", enum_name(frame.pose_source)},
@@ -140,20 +138,13 @@ nlohmann::ordered_json plane_to_json(const TrackedPlane& tracked, const PlaneSeg
           {"age", tracked.age}};
 }
 
+/// Its id is the one that stays; "obstacle" is its number in this frame, as in obstacle labels.
 nlohmann::ordered_json object_to_json(const TrackedObject& tracked, const Obstacle& obstacle) {
-  return {{"id", tracked.id},
-          {"kind", enum_name(obstacle.kind)},
-          {"pixels", obstacle.pixels},
-          {"centroid", vector_to_json(obstacle.centroid)},
-          {"box",
-           {{"centre", vector_to_json(obstacle.box.centre)},
-            {"size", vector_to_json(obstacle.box.size)},
-            {"yaw_rad", obstacle.box.yaw_rad}}},
-          {"min_height_m", obstacle.min_height_m},
-          {"max_height_m", obstacle.max_height_m},
-          {"nearest_m", obstacle.nearest_m},
-          {"contact", obstacle.contact},
-          {"age", tracked.age}};
+  nlohmann::ordered_json json = obstacle_to_json(obstacle);
+  json["id"] = tracked.id;
+  json["obstacle"] = tracked.obstacle;
+  json["age"] = tracked.age;
+  return json;
 }
 
 /// Reads, segments, follows and writes, each while others do the rest.
@@ -242,7 +233,7 @@ class Run {
       return !status;
     };
     if (fails(fransac::segment(depth, camera, options_, workspace_, segmentation_))) return;
-    const bool with_obstacles = command_.obstacles;
+    const bool with_obstacles = command_.obstacles.asked;
     if (with_obstacles && fails(find_obstacles(depth, camera, segmentation_, {}, nullptr, obstacle_workspace_, obstacles_)))
       return;
     std::optional<Eigen::Isometry3d> pose;
@@ -307,6 +298,7 @@ class Run {
 
 void run_track(const TrackCommand& command) {
   check_options(command.options);
+  check_options(command.obstacles.options);
   check_document("--json", command.json);
   check(validate(command.track));
   std::vector<io::TimedPose> poses;
@@ -340,9 +332,10 @@ Command add_track(CLI::App& parent) {
       ->capture_default_str();
   app->add_option("--poses", command->poses, "camera poses, a TUM trajectory such as groundtruth.txt; else they are estimated")
       ->type_name("FILE");
-  app->add_flag("--obstacles", command->obstacles, "follow objects on the support, too");
+  app->add_flag("--warm-start", command->warm_start, "look for the last frame's planes first: a little faster");
   app->add_flag("--strict", command->strict, "stop at a frame that cannot be used instead of skipping it");
   add_segment_options(*app, command->options);
+  add_obstacle_options(*app, command->obstacles, "follow objects on the support, too");
   return {app, [command] { run_track(*command); }};
 }
 

@@ -18,19 +18,6 @@ nlohmann::ordered_json box_to_json(const UprightBox& box) {
   return {{"centre", vector_to_json(box.centre)}, {"size", vector_to_json(box.size)}, {"yaw_rad", box.yaw_rad}};
 }
 
-nlohmann::ordered_json obstacle_to_json(const Obstacle& obstacle) {
-  return {{"id", obstacle.id},
-          {"kind", enum_name(obstacle.kind)},
-          {"pixels", obstacle.pixels},
-          {"centroid", vector_to_json(obstacle.centroid)},
-          {"box", box_to_json(obstacle.box)},
-          {"min_height_m", obstacle.min_height_m},
-          {"max_height_m", obstacle.max_height_m},
-          {"nearest_m", obstacle.nearest_m},
-          {"contact", obstacle.contact},
-          {"planes", obstacle.planes}};
-}
-
 /// The x, y and z axes.
 nlohmann::ordered_json ground_to_json(const GroundFrame& ground) {
   return {{"origin", vector_to_json(ground.origin)}, {"axes", matrix_to_json(ground.axes.transpose())}};
@@ -66,6 +53,19 @@ std::string no_support_text(const SupportChoice& support, const Segmentation& se
   if (planes > 0 && support.kind == SupportKind::table) why = "no plane is horizontal other than floor and ceiling";
   if (planes > 0 && support.kind != SupportKind::plane && !segmentation.up) why += ", for nothing tells what is up: try --up";
   return fmt::format("no support for obstacles (--support {}): {}", support_text(support), why);
+}
+
+nlohmann::ordered_json obstacle_to_json(const Obstacle& obstacle) {
+  return {{"id", obstacle.id},
+          {"kind", enum_name(obstacle.kind)},
+          {"pixels", obstacle.pixels},
+          {"centroid", vector_to_json(obstacle.centroid)},
+          {"box", box_to_json(obstacle.box)},
+          {"min_height_m", obstacle.min_height_m},
+          {"max_height_m", obstacle.max_height_m},
+          {"nearest_m", obstacle.nearest_m},
+          {"contact", obstacle.contact},
+          {"planes", obstacle.planes}};
 }
 
 nlohmann::ordered_json obstacles_to_json(const Obstacles& found) {

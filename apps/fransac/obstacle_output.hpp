@@ -25,6 +25,7 @@ void add_obstacles(Table& table, const std::optional<std::string>& frame, const 
 /// Why there is no support.
 std::string no_support_text(const SupportChoice& support, const Segmentation& segmentation);
 
+nlohmann::ordered_json obstacle_to_json(const Obstacle& obstacle);
 nlohmann::ordered_json obstacles_to_json(const Obstacles& found);
 /// Adds the outlines of drops, and of the support as free space. `of_planes`: the segmentation's.
 void add_outlines(nlohmann::ordered_json& json, const Obstacles& found, const std::vector<std::vector<Outline>>& of_planes,
