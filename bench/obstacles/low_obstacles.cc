@@ -29,11 +29,10 @@ using synth::detail::Dice;
 constexpr double kEye_m = 0.7;
 constexpr double kDistances_m[] = {1.0, 2.0, 3.0};  ///< From the camera to the middle of the box's base.
 constexpr double kFootprints_m[] = {0.20, 0.05};
-constexpr double kLowest_m = 0.004;
 constexpr double kHighest_m = 0.3;
-constexpr double kStep = 1.15;        ///< From one height to the next.
-constexpr double kSureShare = 0.995;  ///< Where three heights in a row are found as often, higher ones need no look.
-constexpr std::size_t kSureHeights = 3;
+constexpr double kStep = 1.25;        ///< From one height to the next.
+constexpr double kSureShare = 0.995;  ///< Where two heights in a row are found as often, higher ones need no look.
+constexpr std::size_t kSureHeights = 2;
 const Camera kCamera{640, 480, 525.0, 525.0, 319.5, 239.5, 1000.0};  ///< Depth in millimetres, as drivers give it.
 
 struct Setting {
@@ -134,11 +133,16 @@ double measure(const Setting& setting, int renderings) {
   return static_cast<double>(detected) / renderings;
 }
 
+/// A little below the height that one pixel tells from the floor: height_sigmas of z (n . r) with n . r = eye / z.
+double lowest_m(double distance_m) {
+  return 0.8 * ObstacleOptions{}.height_sigmas * synth::detail::kinect1::kSigma * distance_m * kEye_m;
+}
+
 void measure_all(int renderings) {
   for (const double footprint : kFootprints_m) {
     for (const double distance : kDistances_m) {
       std::size_t sure = 0;
-      for (double height = kLowest_m; height <= kHighest_m && sure < kSureHeights; height *= kStep) {
+      for (double height = lowest_m(distance); height <= kHighest_m && sure < kSureHeights; height *= kStep) {
         sure = measure({distance, footprint, height}, renderings) >= kSureShare ? sure + 1 : 0;
       }
     }

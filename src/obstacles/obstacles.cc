@@ -244,6 +244,8 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
   result.obstacles.clear();
   result.support.clear();
   result.labels.clear();
+  result.ground = {};
+  result.support_plane = {};
   if (Status status = validate(options); !status) return status;
   if (Status status = check_sizes(depth, camera, segmentation); !status) return status;
   result.width = depth.width();

@@ -42,7 +42,7 @@ struct SupportChoice {
 
 /// Lengths are about the world, not the sensor; the sensor's noise comes from the segmentation.
 struct ObstacleOptions {
-  SupportChoice support;
+  SupportChoice support{};
   /// Pixels above the support by more than this many sigmas of their height, and
   double height_sigmas = 4.0;
   /// by more than this are on obstacles: what floors and tables are uneven by.
