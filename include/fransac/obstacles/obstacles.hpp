@@ -116,8 +116,8 @@ struct Obstacle {
 };
 
 struct Obstacles {
-  /// Labels of the planes that carry, the chosen first; with a floor, all planes of that kind. Empty: no such plane was found,
-  /// and all else is empty, too.
+  /// Labels of the planes that carry, the chosen first; with a floor, all planes of that kind that are no higher or lower than
+  /// what is no obstacle and no drop. Empty: no such plane was found, and all else is empty, too.
   std::vector<int> support;
   GroundFrame ground;
   Plane support_plane;
