@@ -68,7 +68,7 @@ void add_planes(const synth::detail::Scene& scene, const synth::detail::Raster& 
   s.method = Method::cells;
   s.width = frame.camera.width;
   s.height = frame.camera.height;
-  s.noise.quadratic_per_m = std::getenv("NOISE") ? std::atof(std::getenv("NOISE")) : 1.425e-3;
+  s.noise.quadratic_per_m = 1.425e-3;  // a Kinect's, though there is none
   for (const auto& [count, index] : order) {
     PlaneSegment plane;
     plane.id = static_cast<int>(s.planes.size()) + 1;
@@ -76,13 +76,20 @@ void add_planes(const synth::detail::Scene& scene, const synth::detail::Raster& 
     plane.inliers = count;
     plane.area_m2 = static_cast<double>(count);
     const double along_up = plane.plane.normal.dot(up);
-    const bool is_floor = along_up > 0.999 && std::abs(plane.plane.d - camera_height) < 1e-6;
+    const bool is_floor = along_up > 0.999 && std::abs(plane.plane.d - camera_height) < 0.05;  // as orientations have it
     plane.kind = is_floor                    ? PlaneKind::floor
                  : along_up > 0.999          ? PlaneKind::horizontal
                  : std::abs(along_up) < 1e-3 ? PlaneKind::wall
                                              : PlaneKind::other;
     label_of[index] = static_cast<std::uint8_t>(plane.id);
     s.planes.push_back(plane);
+  }
+  for (std::size_t i = 0; i < raster.face.size(); ++i) {
+    if (raster.face[i] < 0) continue;
+    const auto found = label_of.find(scene.plane_of_face[at(raster.face[i])]);
+    if (found == label_of.end()) continue;
+    PlaneSegment& plane = s.planes[found->second - 1U];
+    plane.centroid += frame.point(i) / static_cast<double>(plane.inliers);
   }
   s.labels.assign(raster.face.size(), kLabelNoDepth);
   for (std::size_t i = 0; i < raster.face.size(); ++i) {
@@ -129,11 +136,6 @@ double cell_m(double distance) { return 4.0 * distance / 525.0; }
 
 Obstacles find(const Frame& frame, const ObstacleOptions& options = {}) {
   Result<Obstacles> found = find_obstacles(frame.view(), frame.camera, frame.planes, options);
-  if (found && std::getenv("SHOW"))
-    for (auto& o : found->obstacles)
-      printf("%d kind %d px %lu size %.3f %.3f %.3f h %.3f %.3f near %.3f at %.3f %.3f\n", o.id, (int)o.kind, o.pixels,
-             o.box.size.x(), o.box.size.y(), o.box.size.z(), o.min_height_m, o.max_height_m, o.nearest_m, o.box.centre.x(),
-             o.box.centre.y());
   if (found) return *std::move(found);
   ADD_FAILURE() << found.error().message;
   return {};
@@ -179,12 +181,15 @@ void expect_sane(const Obstacles& found, const DepthView& depth) {
   }
 }
 
-/// Which share of an object's pixels, those higher than a centimetre and a half, has which label.
+/// What is lower may be noise: four deviations at 2.5 m.
+constexpr double kTold_m = 0.03;
+
+/// Which share of an object's pixels, those that noise does not hide, has which label.
 double share(const Frame& frame, const Obstacles& found, std::uint16_t object, int label) {
   std::size_t all = 0;
   std::size_t right = 0;
   for (std::size_t i = 0; i < frame.objects.size(); ++i) {
-    if (frame.objects[i] != object || found.support_plane.signed_distance(frame.point(i)) < 0.015) continue;
+    if (frame.objects[i] != object || found.support_plane.signed_distance(frame.point(i)) < kTold_m) continue;
     ++all;
     if (found.labels[i] == label) ++right;
   }
@@ -211,7 +216,7 @@ TEST(Obstacles, ABoxOnTheFloor) {
 
   const double cell = cell_m(2.0);
   EXPECT_NEAR(box.max_height_m, size.z(), cell);
-  EXPECT_LE(box.min_height_m, cell);
+  EXPECT_LE(box.min_height_m, kTold_m);
   EXPECT_GT(box.min_height_m, 0.0);
   EXPECT_NEAR(box.box.size.x(), size.x(), 2.0 * cell);
   EXPECT_NEAR(box.box.size.y(), size.y(), 2.0 * cell);
@@ -266,7 +271,7 @@ TEST(Obstacles, TouchingBoxesOfDifferentHeightAreTwo) {
   EXPECT_NEAR(found.obstacles[0].nearest_m, found.obstacles[1].nearest_m, 0.3);
   const int low = found.obstacles[0].max_height_m < 0.3 ? 1 : 2;
   EXPECT_GE(share(frame, found, 1, 3 - low), 0.99);
-  EXPECT_GE(share(frame, found, 2, low), 0.99);
+  EXPECT_GE(share(frame, found, 2, low), 0.96);  // rows at the crease are the higher one's
   EXPECT_NEAR(found.obstacles[at(low - 1)].max_height_m, 0.15, cell_m(2.0));
   EXPECT_NEAR(found.obstacles[at(2 - low)].max_height_m, 0.4, cell_m(2.0));
 }
@@ -281,7 +286,7 @@ TEST(Obstacles, ABoxOnABoxIsTwo) {
   const Obstacles found = find(frame);
   ASSERT_EQ(found.obstacles.size(), 2U);
   const int upper = found.obstacles[0].min_height_m > 0.1 ? 1 : 2;
-  EXPECT_GE(share(frame, found, 2, upper), 0.98);
+  EXPECT_GE(share(frame, found, 2, upper), 0.95);  // rows at the crease are the lower one's
   EXPECT_GE(share(frame, found, 1, 3 - upper), 0.98);
   EXPECT_FALSE(found.obstacles[at(upper - 1)].contact);
   EXPECT_TRUE(found.obstacles[at(2 - upper)].contact);
@@ -322,6 +327,28 @@ TEST(Obstacles, AWallIsAPlane) {
   EXPECT_EQ(frame.planes.planes[at(wall.planes.front() - 1)].kind, PlaneKind::wall);
   EXPECT_NEAR(wall.box.centre.x(), 2.5, 0.01);
   EXPECT_LE(wall.box.size.y(), 0.01);
+}
+
+TEST(Obstacles, TheTopOfALowBoxIsNoFloor) {
+  // Planes within 5 cm of the floor are floors, too: carpets, which carry, but also what one stumbles over.
+  for (const double height : {0.004, 0.03, 0.045}) {
+    Builder b = floor_of();
+    b.object();
+    b.box(standing(0.0, 1.4, 0.0, 0.2), {0.4, 0.3, height}, {});
+    const Frame frame = see(b, kEye, kLookAt);
+    ASSERT_GE(frame.planes.planes.size(), 2U);
+    ASSERT_EQ(frame.planes.planes[1].kind, PlaneKind::floor);
+    const Obstacles found = find(frame);
+    if (height < ObstacleOptions{}.least_height_m) {
+      EXPECT_EQ(found.support, (std::vector<int>{1, 2}));
+      EXPECT_TRUE(found.obstacles.empty());
+      continue;
+    }
+    EXPECT_EQ(found.support, std::vector<int>{1});
+    ASSERT_EQ(found.obstacles.size(), 1U);
+    EXPECT_NEAR(found.obstacles.front().max_height_m, height, 0.005);
+    EXPECT_TRUE(found.obstacles.front().contact);
+  }
 }
 
 TEST(Obstacles, NearestFirst) {
@@ -588,14 +615,14 @@ TEST(Obstacles, WhatIsOutsideTheLimitsIsNone) {
     ASSERT_TRUE(found);
     expect_sane(*found, view);
     ASSERT_EQ(found->obstacles.size(), 1U);
-    EXPECT_EQ(share(frame, *found, 1, 1), 1.0);
+    EXPECT_GE(share(frame, *found, 1, 1), 0.998);
     EXPECT_EQ(share(frame, *found, 2, 0), 1.0);
   }
   const AxisLimits right{Axis::x, 0.0, 9.0};
   const auto found = find_obstacles(frame.view(), frame.camera, frame.planes, {}, &right);
   ASSERT_TRUE(found);
   ASSERT_EQ(found->obstacles.size(), 1U);
-  EXPECT_EQ(share(frame, *found, 2, 1), 1.0);
+  EXPECT_GE(share(frame, *found, 2, 1), 0.998);
 }
 
 TEST(Obstacles, HolesInTheDepthDoNotCut) {
