@@ -49,6 +49,7 @@ Party everybody() {
   add_pcl_sac(party);
   add_pcl_organized(party);
   add_pcl_voxel_grid(party);
+  add_pcl_clusters(party);
 #endif
 #ifdef FRANSAC_BENCH_HAS_OPEN3D
   add_open3d(party);
@@ -81,6 +82,7 @@ std::vector<Contestant> contestants_of(const Command& command, const Party& part
 
 bool is_segment(const Entry& entry) { return entry.task == Task::segment; }
 bool is_voxel_grid(const Entry& entry) { return entry.task == Task::voxel_grid; }
+bool is_objects(const Entry& entry) { return entry.task == Task::objects || entry.id == "floor-deproject"; }
 bool is_floor(const Entry& entry) { return entry.task == Task::floor; }
 bool finds_all_planes(const Entry& entry) { return entry.method == kAllPlanes || entry.id == "floor-deproject"; }
 bool for_resolutions(const Entry& entry) {
@@ -104,6 +106,16 @@ void run_on_datasets(const Command& command, const Party& party, const std::stri
   for (const std::string& dataset : command.datasets) {
     const std::vector<Scene> scenes = dataset == "synth" ? synth_dataset(command.frames) : load_dataset(dataset, command.frames);
     append(rows, time_suite(suite, scenes, contestants, command.timing));
+  }
+}
+
+/// Frames whose objects are known.
+void run_objects(const Command& command, const Party& party, std::vector<Row>& rows) {
+  const std::vector<Contestant> contestants = contestants_of(command, party, is_objects);
+  for (const std::string& dataset : command.datasets) {
+    std::vector<Scene> scenes = dataset == "synth" ? synth_dataset(command.frames) : load_dataset(dataset, command.frames);
+    std::erase_if(scenes, [](const Scene& scene) { return scene.objects.empty(); });
+    if (!scenes.empty()) append(rows, time_suite("objects", scenes, contestants, command.timing));
   }
 }
 
@@ -158,6 +170,7 @@ void run_suite(const Command& command, const Party& party, const std::string& su
   if (suite == "segment") return run_on_datasets(command, party, suite, is_segment, rows);
   if (suite == "voxel_grid") return run_on_datasets(command, party, suite, is_voxel_grid, rows);
   if (suite == "planes") return run_planes(command, party, rows);
+  if (suite == "objects") return run_objects(command, party, rows);
   if (suite == "floor") return run_on_datasets(command, party, suite, is_floor, rows);
   if (suite == "threads") return run_threads(command, rows);
   const bool resolution = suite == "resolution";
@@ -192,7 +205,7 @@ int parse_and_run(int argc, char** argv) {
                "bench_peers");
   app.add_option("--suite", command.suites, "what is timed")
       ->delimiter(',')
-      ->check(CLI::IsMember({"segment", "planes", "voxel_grid", "floor", "resolution", "points", "threads"}))
+      ->check(CLI::IsMember({"segment", "planes", "objects", "voxel_grid", "floor", "resolution", "points", "threads"}))
       ->capture_default_str();
   app.add_option("--dataset", command.datasets,
                  "folders of frames, or 'synth'; default: tum and mosd of ../shared/data if there, else synth");

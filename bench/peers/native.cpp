@@ -9,6 +9,7 @@ extern "C" __attribute__((visibility("default"))) void fransac_bench_native(fran
   add_pcl_sac(*party);
   add_pcl_organized(*party);
   add_pcl_voxel_grid(*party);
+  add_pcl_clusters(*party);
 #endif
 #ifdef FRANSAC_BENCH_HAS_CGAL
   add_cgal(*party);

@@ -5,6 +5,7 @@
 
 #include "fransac/filter/deproject.hpp"
 #include "fransac/filter/voxel_grid.hpp"
+#include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/segment.hpp"
 #include "fransac/version.hpp"
 #include "peer.hpp"
@@ -69,6 +70,36 @@ class Ours final : public Peer {
   Segmentation found_;
 };
 
+/// Planes by `cells`, then what is on top of them.
+class OurObstacles final : public Peer {
+ public:
+  explicit OurObstacles(int threads) {
+    options_.method = Method::cells;
+    options_.threads = threads;
+  }
+
+  [[nodiscard]] std::string id() const override { return "obstacles"; }
+
+  bool run(const Frame& frame, Answer& answer) override {
+    if (frame.depth == nullptr) return false;
+    const DepthView view = view_of(frame);
+    const Camera camera = camera_of(frame);
+    if (!segment(view, camera, options_, workspace_, planes_)) return false;
+    if (!find_obstacles(view, camera, planes_, {}, nullptr, obstacle_workspace_, found_) || found_.support.empty()) return false;
+    answer.planes = static_cast<int>(planes_.planes.size());
+    answer.objects = found_.labels.data();
+    answer.stages = {{"planes", planes_.timing.total_ms}, {"obstacles", found_.total_ms}};
+    return true;
+  }
+
+ private:
+  SegmentOptions options_;
+  Workspace workspace_;
+  Segmentation planes_;
+  ObstacleWorkspace obstacle_workspace_;
+  Obstacles found_;
+};
+
 /// The voxel grid alone, from the cloud in memory, as its rivals.
 class OurVoxelGrid final : public Peer {
  public:
@@ -106,6 +137,7 @@ void add_ours(Party& party, int threads) {
   for (const Method method : {Method::cells, Method::fransac, Method::voxel_ransac, Method::rransac, Method::ransac}) {
     party.peers.push_back(std::make_unique<Ours>(method, threads));
   }
+  party.peers.push_back(std::make_unique<OurObstacles>(threads));
   party.peers.push_back(std::make_unique<OurVoxelGrid>());
   party.peers.push_back(std::make_unique<OurDepthGrid>());
   party.versions.emplace_back("fransac", kVersion);

@@ -40,8 +40,9 @@ struct Frame {
 
 /// What a peer found. `labels` belongs to the peer and is overwritten by its next run.
 struct Answer {
-  const std::uint8_t* labels = nullptr;  ///< One per pixel or point: 0 no depth, 1 the largest plane, 2 …, 255 on none.
-  double plane[4] = {};                  ///< The largest plane.
+  const std::uint8_t* labels = nullptr;    ///< One per pixel or point: 0 no depth, 1 the largest plane, 2 …, 255 on none.
+  const std::uint16_t* objects = nullptr;  ///< One per pixel: 0, or what it is on, from 1. Like `labels`.
+  double plane[4] = {};                    ///< The largest plane.
   int planes = 0;
   std::size_t inliers = 0;                                  ///< Pixels with label 1.
   std::size_t leaves = 0;                                   ///< Points left by a voxel grid.
@@ -82,6 +83,7 @@ void add_floors(Party& party);
 void add_pcl_sac(Party& party);
 void add_pcl_organized(Party& party);
 void add_pcl_voxel_grid(Party& party);
+void add_pcl_clusters(Party& party);
 void add_open3d(Party& party);
 void add_opencv(Party& party);
 void add_cgal(Party& party);

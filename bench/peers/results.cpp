@@ -58,6 +58,15 @@ nlohmann::ordered_json to_json(const Row& row) {
     json["weighted_iou"] = row.instances->weighted_iou;
     json["plane_pixel_f1"] = row.instances->plane_pixel_f1;
   }
+  if (row.objects) {
+    json["true_objects"] = row.objects->true_objects;
+    json["predicted_objects"] = row.objects->predicted_objects;
+    json["object_f1_50"] = row.objects->at50.f1;
+    json["object_f1_75"] = row.objects->at75.f1;
+    json["over_segmentation"] = row.objects->over_segmentation;
+    json["under_segmentation"] = row.objects->under_segmentation;
+    json["false_objects"] = row.objects->false_objects;
+  }
   if (row.leaves > 0) json["leaves"] = row.leaves;
   if (!row.note.empty()) json["note"] = row.note;
   return json;
@@ -128,6 +137,33 @@ std::string rival_text(std::span<const Line> lines, const Line& line) {
   return best == nullptr ? "-" : fmt::format("{:.1f} {}", best->median_ms() / line.median_ms(), best->first->entry->id);
 }
 
+/// Means over frames, and all false objects together, of whoever finds objects; nothing when nobody does.
+std::string objects_text(std::span<const Row> rows, std::span<const Line> lines) {
+  cli::Table table({"<input", "<peer", "frames", "F1@0.5", "F1@0.75", "over", "under", "false", "median ms"});
+  bool any = false;
+  for (const Line& line : lines) {
+    double sums[4] = {};
+    int false_objects = 0;
+    std::size_t frames = 0;
+    for (const Row& row : rows) {
+      if (!row.objects || row.entry != line.first->entry || row.dataset != line.first->dataset) continue;
+      const eval::ObjectMetrics& m = *row.objects;
+      const double values[4] = {m.at50.f1, m.at75.f1, m.over_segmentation, m.under_segmentation};
+      for (std::size_t i = 0; i < 4; ++i) sums[i] += values[i];
+      false_objects += m.false_objects;
+      ++frames;
+    }
+    if (frames == 0) continue;
+    any = true;
+    std::vector<std::string> cells{line.input, std::string(line.first->entry->id), fmt::format("{}", frames)};
+    for (const double sum : sums) cells.push_back(fmt::format("{:.3f}", sum / static_cast<double>(frames)));
+    cells.push_back(fmt::format("{}", false_objects));
+    cells.push_back(line.timed() ? fmt::format("{:.3f}", line.median_ms()) : "-");
+    table.add(std::move(cells));
+  }
+  return any ? "\nobjects: means over frames; false: of all frames together\n\n" + table.text() : "";
+}
+
 }  // namespace
 
 nlohmann::ordered_json to_json(const Setting& setting, std::span<const Row> rows) {
@@ -180,7 +216,7 @@ std::string table_text(const Setting& setting, std::span<const Row> rows) {
     cells.push_back(line.note);
     table.add(std::move(cells));
   }
-  return text + table.text();
+  return text + table.text() + objects_text(rows, lines);
 }
 
 }  // namespace fransac::bench

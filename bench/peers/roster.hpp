@@ -9,6 +9,7 @@ namespace fransac::bench {
 enum class Task {
   segment,     ///< Depth in memory to labels of all pixels in memory.
   voxel_grid,  ///< Cloud in memory to downsampled cloud in memory.
+  objects,     ///< Depth in memory to object ids of all pixels in memory.
   floor,       ///< What the machine allows.
 };
 
@@ -50,6 +51,11 @@ inline constexpr Entry kRoster[] = {
     {"pcl-approximate-voxelgrid-native", "pcl", "native", "voxel-grid", Task::voxel_grid},
     {"pcl-approximate-voxelgrid-packaged", "pcl", "packaged", "voxel-grid", Task::voxel_grid},
     {"open3d-voxelgrid", "open3d", "packaged", "voxel-grid", Task::voxel_grid},
+    {"obstacles", "fransac", "project", "objects", Task::objects},
+    {"pcl-clusters-native", "pcl", "native", "objects", Task::objects},
+    {"pcl-clusters-packaged", "pcl", "packaged", "objects", Task::objects},
+    {"pcl-voxel-clusters-native", "pcl", "native", "objects", Task::objects},
+    {"pcl-voxel-clusters-packaged", "pcl", "packaged", "objects", Task::objects},
     {"floor-copy", "floor", "native", "floor", Task::floor},
     {"floor-deproject", "floor", "native", "floor", Task::floor},
     {"floor-label", "floor", "native", "floor", Task::floor},

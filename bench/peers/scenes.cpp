@@ -36,6 +36,7 @@ Scene render(std::string name, const synth::SynthOptions& options) {
   scene.camera = frame.camera;
   scene.depth = std::move(frame.depth);
   scene.truth = std::move(frame.labels);
+  scene.objects = std::move(frame.objects);
   scene.all_planes = true;
   find_plane(scene);
   return scene;
@@ -66,6 +67,7 @@ std::vector<Scene> load_dataset(const std::filesystem::path& folder, std::size_t
     scene.camera = frame.camera;
     scene.depth = std::move(frame.depth.pixels);
     if (frame.labels) scene.truth = std::move(frame.labels->pixels);
+    if (frame.objects) scene.objects = std::move(frame.objects->pixels);
     scene.dominant = dataset.truth == io::Truth::dominant;
     scene.all_planes = dataset.truth == io::Truth::planes;
     find_plane(scene);

@@ -21,9 +21,10 @@ struct Scene {
   Camera camera;  ///< Of a cloud: width is the number of points, height 1.
   std::vector<std::uint16_t> depth;
   std::vector<float> points;
-  std::vector<std::uint8_t> truth;  ///< One label per pixel or point; empty where nothing is known.
-  bool dominant = false;            ///< Whether label 1 of the truth is the plane with the most pixels.
-  bool all_planes = false;          ///< Whether the truth holds every plane.
+  std::vector<std::uint8_t> truth;     ///< One label per pixel or point; empty where nothing is known.
+  std::vector<std::uint16_t> objects;  ///< One id per pixel, 0 is none; empty where nothing is known.
+  bool dominant = false;               ///< Whether label 1 of the truth is the plane with the most pixels.
+  bool all_planes = false;             ///< Whether the truth holds every plane.
   double plane[4] = {0.0, 0.0, -1.0, 1.0};
 
   [[nodiscard]] Frame frame() const;

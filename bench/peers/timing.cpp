@@ -72,6 +72,10 @@ void judge(const Scene& scene, const Answer& answer, const TimingOptions& option
   row.planes = answer.planes;
   row.inliers = answer.inliers;
   row.leaves = answer.leaves;
+  if (answer.objects != nullptr && !scene.objects.empty()) {
+    row.objects =
+        cli::unwrap(eval::object_metrics(scene.objects, std::span(answer.objects, scene.objects.size()), std::span(scene.depth)));
+  }
   if (row.entry->task != Task::segment || answer.labels == nullptr) return;
   const std::span labels(answer.labels, scene.frame().size());
   if (!options.overlays.empty() && !scene.depth.empty()) draw(scene, row, labels, options.overlays);

@@ -41,6 +41,7 @@ struct Row {
   std::optional<double> best_f1;                   ///< The found plane that overlaps it most.
   std::optional<double> matched_f1;                ///< The first plane found against the true plane that it fits best.
   std::optional<eval::InstanceMetrics> instances;  ///< Of those that return every plane, where the truth holds every plane.
+  std::optional<eval::ObjectMetrics> objects;      ///< Of those that return objects, where they are known.
   std::string note;                                ///< Why there are no times, or fewer.
 };
 

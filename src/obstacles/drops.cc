@@ -32,8 +32,7 @@ void find_drops(const Sides& sides, const Camera& camera, const ObstacleOptions&
   const double cells_per_m2 = camera.fx * camera.fy / (cells.side * cells.side);
   for (int r = 0; r < cells.rows; ++r) {
     for (int start = cells.index(r, 0); start < cells.index(r, cells.columns); ++start) {
-      if (drops.of_cell[at(start)] != 0 || !is_below(sides, start)) continue;
-      if (drops.count == kMostObjects) return;
+      if (drops.count == kMostObjects || drops.of_cell[at(start)] != 0 || !is_below(sides, start)) continue;
       const auto id = static_cast<std::uint16_t>(drops.count + 1);
       drops.queue.assign(1, start);
       drops.of_cell[at(start)] = id;

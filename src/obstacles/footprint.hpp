@@ -15,8 +15,8 @@ struct Rectangle {
   double yaw_rad = 0.0;  ///< Of the longer side, in (-pi/2, pi/2].
 };
 
-/// Keeps the extreme points in some directions; what is between these directions sticks out of their hull by less than half a
-/// percent of its size.
+/// Keeps the extreme points in some directions; what is between these directions sticks out of their hull: by less than half a
+/// percent of a round thing's radius, at worst, a flat triangle's top, by a twentieth of its length.
 class Footprint {
  public:
   static constexpr std::size_t kDirections = 16;  ///< Over half a turn;

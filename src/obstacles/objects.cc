@@ -20,10 +20,11 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 constexpr double kKinectFocal = 525.0;
 
 /// A cell is as large as the distance over which neighbouring pixels of a Kinect err together, 4 to 6 pixels (smaller ones know
-/// no more), and as the smallest thing that shall be seen, 6 mm at 0.85 m. Whole quads of the kernel.
+/// no more), and as the smallest thing that shall be seen, 6 mm at 0.85 m. Whole quads of the kernel; 16 bits count its pixels.
 int cell_side(const Camera& camera) {
   const double quads = 0.5 * (camera.fx + camera.fy) / kKinectFocal;
-  return static_cast<int>(kernels::kQuad) * std::max(1, static_cast<int>(std::lround(quads)));
+  constexpr int kMostQuads = 63;
+  return static_cast<int>(kernels::kQuad) * std::clamp(static_cast<int>(std::lround(quads)), 1, kMostQuads);
 }
 
 /// How far edges of things are off sideways, pixels of a Kinect v1 (Nguyen, Izadi and Lovell, "Modeling Kinect Sensor Noise for
@@ -47,6 +48,9 @@ void resize(int width, int height, std::size_t stride, int side, Sides& sides) {
   sides.any_below = false;
 }
 
+/// Nothing is nearer than a micrometre: powers of inverse depths stay within floats.
+constexpr float kMostInverse = 1e6F;
+
 /// Adds the quads of a row of cells to the cells, as mean inverse depths; whether there are any.
 bool gather(const std::vector<std::uint16_t>& quads, const std::vector<float>& depths, int first_cell, const CellImage& cells,
             std::vector<std::uint16_t>& counts, std::vector<float>& q) {
@@ -65,7 +69,7 @@ bool gather(const std::vector<std::uint16_t>& quads, const std::vector<float>& d
     }
   }
   for (int i = first_cell; any && i < first_cell + cells.columns; ++i) {
-    if (counts[at(i)] != 0) q[at(i)] = static_cast<float>(counts[at(i)]) / q[at(i)];
+    if (counts[at(i)] != 0) q[at(i)] = std::min(static_cast<float>(counts[at(i)]) / q[at(i)], kMostInverse);
   }
   return any;
 }
@@ -438,7 +442,8 @@ void find_objects(const Sides& sides, const Camera& camera, const DepthNoise& no
       objects.cells.push_back(i);
       objects.on[at(i)] = 1;
       const float qq = sides.q[at(i)] * sides.q[at(i)];
-      objects.sigma[at(i)] = std::sqrt(quadratic + qq * (linear + qq * constant));
+      constexpr float kRounding = 0x1p-22F;  // of a sum of floats, relative; depth is not known better
+      objects.sigma[at(i)] = std::sqrt(std::max(quadratic + qq * (linear + qq * constant), kRounding * kRounding * qq));
     }
   }
   Linker(sides, camera, objects).run();

@@ -53,8 +53,26 @@ using Impl = ObstacleWorkspace::Impl;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+/// A Kinect's, where the method that found the planes knows no noise.
+DepthNoise noise_of(const Segmentation& segmentation) {
+  if (segmentation.noise != DepthNoise{}) return segmentation.noise;
+  return {.quadratic_per_m = 1.425e-3};  // Khoshelham and Elberink 2012
+}
+
+/// Whether a plane is on the support, to within what is no obstacle and no drop: a floor goes on behind things, but the top of a
+/// low step is a floor, too, and carries nothing below it. Methods that know no centroid are believed.
+bool is_on(const Plane& support, const PlaneSegment& plane, const DepthNoise& noise, const ObstacleOptions& options) {
+  const Eigen::Vector3d& point = plane.centroid;
+  if (!(point.z() > 0.0)) return true;
+  const double height = support.signed_distance(point);
+  const double sigma = noise.sigma_m(point.z()) * std::abs(support.normal.dot(point)) / point.z();
+  const double slack = options.height_sigmas * sigma;
+  return height <= std::max(slack, options.least_height_m) && -height <= std::max(slack, options.least_drop_m);
+}
+
 /// The labels of the planes that carry; the first is the one whose plane counts.
-void choose_support(const Segmentation& segmentation, const SupportChoice& choice, std::vector<int>& support) {
+void choose_support(const Segmentation& segmentation, const ObstacleOptions& options, std::vector<int>& support) {
+  const SupportChoice& choice = options.support;
   support.clear();
   const auto take = [&](PlaneKind kind, bool all) {
     for (const PlaneSegment& plane : segmentation.planes) {
@@ -63,6 +81,13 @@ void choose_support(const Segmentation& segmentation, const SupportChoice& choic
     std::stable_sort(support.begin(), support.end(), [&](int a, int b) {
       return segmentation.planes[at(a - 1)].area_m2 > segmentation.planes[at(b - 1)].area_m2;
     });
+    if (support.empty()) return;
+    const Plane& first = segmentation.planes[at(support.front() - 1)].plane;
+    support.erase(std::remove_if(support.begin() + 1, support.end(),
+                                 [&, noise = noise_of(segmentation)](int label) {
+                                   return !is_on(first, segmentation.planes[at(label - 1)], noise, options);
+                                 }),
+                  support.end());
   };
   switch (choice.kind) {
     case SupportKind::automatic:
@@ -75,12 +100,6 @@ void choose_support(const Segmentation& segmentation, const SupportChoice& choic
       if (choice.plane <= static_cast<int>(segmentation.planes.size())) support.push_back(choice.plane);
       break;
   }
-}
-
-/// A Kinect's, where the method that found the planes knows no noise.
-DepthNoise noise_of(const Segmentation& segmentation) {
-  if (segmentation.noise != DepthNoise{}) return segmentation.noise;
-  return {.quadratic_per_m = 1.425e-3};  // Khoshelham and Elberink 2012
 }
 
 class Describer {
@@ -244,12 +263,14 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
   result.obstacles.clear();
   result.support.clear();
   result.labels.clear();
+  result.ground = {};
+  result.support_plane = {};
   if (Status status = validate(options); !status) return status;
   if (Status status = check_sizes(depth, camera, segmentation); !status) return status;
   result.width = depth.width();
   result.height = depth.height();
   result.labels.assign(depth.size(), 0);
-  choose_support(segmentation, options.support, result.support);
+  choose_support(segmentation, options, result.support);
   if (!result.support.empty()) {
     result.support_plane = segmentation.planes[at(result.support.front() - 1)].plane;
     result.ground = ground_frame(result.support_plane);

@@ -9,24 +9,19 @@
 // of planes. Defaults throughout, seed 0.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iomanip>
-#include <limits>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "fransac/eval/metrics.hpp"
 #include "fransac/io/dataset.hpp"
+#include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/segment.hpp"
+#include "regression/table.hpp"
 #include "support.hpp"
 
 namespace fransac {
@@ -43,11 +38,10 @@ constexpr std::array<std::string_view, 10> kColumns = {
     "instance_f1_50", "instance_f1_75", "weighted_iou", "plane_pixel_f1", "found"};
 constexpr std::size_t kF1 = 2;
 
-constexpr double kEmpty = std::numeric_limits<double>::quiet_NaN();
-/// One number per column; kEmpty where a column does not apply.
-using Row = std::array<double, kColumns.size()>;
+using Row = testing::TableRow;
+using testing::kEmpty;
 /// Rows by "dataset,scene,method,planes".
-using Table = std::map<std::string, Row>;
+using Table = testing::TableRows;
 
 /// Methods that are asked for all planes, too; `cells` for nothing else where planes are the truth.
 constexpr Method kOfAllPlanes[] = {Method::cells, Method::fransac, Method::voxel_ransac, Method::ransac};
@@ -67,12 +61,6 @@ std::string key_of(std::string_view dataset, std::string_view scene, Method meth
   return key + (max_planes == 1 ? ",1" : ",all");
 }
 
-std::string header() {
-  std::string line = "dataset,scene,method,planes";
-  for (const std::string_view column : kColumns) line.append(",").append(column);
-  return line;
-}
-
 /// Frames with truth of one of the data sets; none when it is not there.
 std::vector<io::Frame> load_dataset(std::string_view name) {
   std::vector<io::Frame> frames;
@@ -87,8 +75,7 @@ std::vector<io::Frame> load_dataset(std::string_view name) {
 }
 
 Row measure(const io::Frame& frame, Method method, int max_planes) {
-  Row row;
-  row.fill(kEmpty);
+  Row row(kColumns.size(), kEmpty);
   SegmentOptions options;
   options.method = method;
   options.max_planes = max_planes;
@@ -122,7 +109,7 @@ Row measure(const io::Frame& frame, Method method, int max_planes) {
 }
 
 Row mean_of_one_plane(const std::vector<io::Frame>& frames, Method method) {
-  Row mean{};
+  Row mean(kColumns.size(), 0.0);
   for (const io::Frame& frame : frames) {
     const Row row = measure(frame, method, 1);
     for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += row[i] / static_cast<double>(frames.size());
@@ -143,63 +130,9 @@ Table measure_scenes(std::string_view dataset, const std::vector<io::Frame>& fra
   return table;
 }
 
-Table read_table() {
-  Table table;
-  std::ifstream file(FRANSAC_ACCURACY_CSV);
-  std::string line;
-  std::getline(file, line);
-  EXPECT_EQ(line, header());
-  while (std::getline(file, line)) {
-    std::size_t end = std::string::npos;
-    Row row;
-    // From the last column back to the first; what is left is the key.
-    for (std::size_t i = row.size(); i-- > 0;) {
-      end = line.rfind(',');
-      const std::string number = line.substr(end + 1);
-      row[i] = number.empty() ? kEmpty : std::stod(number);
-      line.resize(end);
-    }
-    table[line] = row;
-  }
-  return table;
-}
-
-void write_table(const Table& table) {
-  std::ofstream file(FRANSAC_ACCURACY_CSV);
-  file << header() << '\n' << std::fixed << std::setprecision(5);
-  for (const auto& [key, row] : table) {
-    file << key;
-    for (const double number : row) {
-      file << ',';
-      if (!std::isnan(number)) file << number;
-    }
-    file << '\n';
-  }
-  ASSERT_TRUE(file) << FRANSAC_ACCURACY_CSV;
-}
-
-/// The table's rows of the dataset must be the measured ones.
 void compare_with_table(std::string_view dataset, const Table& measured) {
-  const auto of_dataset = [&](const auto& entry) { return entry.first.starts_with(std::string(dataset) + ','); };
-  Table table = read_table();
-  if (std::getenv("FRANSAC_UPDATE_ACCURACY") != nullptr) {
-    std::erase_if(table, of_dataset);
-    table.insert(measured.begin(), measured.end());
-    write_table(table);
-    table = read_table();
-  }
-  EXPECT_EQ(static_cast<std::size_t>(std::count_if(table.begin(), table.end(), of_dataset)), measured.size());
-  for (const auto& [key, now] : measured) {
-    const auto before = table.find(key);
-    if (before == table.end()) {
-      ADD_FAILURE() << key << " is not in the table";
-      continue;
-    }
-    for (std::size_t i = 0; i < now.size(); ++i) {
-      if (std::isnan(now[i]) && std::isnan(before->second[i])) continue;
-      EXPECT_NEAR(now[i], before->second[i], kTolerance) << key << ' ' << kColumns[i];
-    }
-  }
+  const testing::VersionedTable table(FRANSAC_ACCURACY_CSV, "dataset,scene,method,planes", {kColumns.begin(), kColumns.end()});
+  table.compare(dataset, measured, kTolerance);
 }
 
 TEST(Accuracy, TumScenes) {
@@ -227,6 +160,40 @@ TEST(Accuracy, MosdMeans) {
   for (const Method method : {Method::cells, Method::fransac, Method::voxel_ransac, Method::ransac}) {
     EXPECT_GE(measured.at(key_of("mosd", "mean", method, 1))[kF1], 0.99) << enum_name(method);
   }
+}
+
+// Means over the scenes; false_objects and the numbers of objects are sums.
+constexpr std::array<std::string_view, 7> kObjectColumns = {
+    "object_f1_50", "object_f1_75", "over_segmentation", "under_segmentation", "false_objects", "true_objects", "found"};
+
+TEST(Accuracy, MosdObjects) {
+  const std::vector<io::Frame> frames = load_dataset("mosd");
+  if (frames.empty()) GTEST_SKIP() << "no frames in " FRANSAC_DATA_DIR "/mosd";
+  Row sum(kObjectColumns.size(), 0.0);
+  for (const io::Frame& frame : frames) {
+    SegmentOptions options;
+    options.method = Method::cells;
+    const auto planes = segment(frame.view(), frame.camera, options);
+    ASSERT_TRUE(planes) << frame.name;
+    const auto found = find_obstacles(frame.view(), frame.camera, *planes);
+    ASSERT_TRUE(found) << frame.name;
+    ASSERT_TRUE(frame.objects) << frame.name;
+    const auto metrics = eval::object_metrics(frame.objects->pixels, found->labels, frame.depth.pixels);
+    ASSERT_TRUE(metrics) << frame.name;
+    const double values[] = {metrics->at50.f1,
+                             metrics->at75.f1,
+                             metrics->over_segmentation,
+                             metrics->under_segmentation,
+                             static_cast<double>(metrics->false_objects),
+                             static_cast<double>(metrics->true_objects),
+                             static_cast<double>(metrics->predicted_objects)};
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += values[i];
+  }
+  for (std::size_t i = 0; i < 4; ++i) sum[i] /= static_cast<double>(frames.size());
+  const testing::VersionedTable table(FRANSAC_OBJECTS_CSV, "dataset,scenes", {kObjectColumns.begin(), kObjectColumns.end()});
+  table.compare("mosd", {{"mosd,all", sum}}, kTolerance);
+  EXPECT_GE(sum[0], 0.95);
+  EXPECT_GE(sum[1], 0.93);
 }
 
 }  // namespace

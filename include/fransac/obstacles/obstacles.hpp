@@ -42,7 +42,7 @@ struct SupportChoice {
 
 /// Lengths are about the world, not the sensor; the sensor's noise comes from the segmentation.
 struct ObstacleOptions {
-  SupportChoice support;
+  SupportChoice support{};
   /// Pixels above the support by more than this many sigmas of their height, and
   double height_sigmas = 4.0;
   /// by more than this are on obstacles: what floors and tables are uneven by.
@@ -116,8 +116,8 @@ struct Obstacle {
 };
 
 struct Obstacles {
-  /// Labels of the planes that carry, the chosen first; with a floor, all planes of that kind. Empty: no such plane was found,
-  /// and all else is empty, too.
+  /// Labels of the planes that carry, the chosen first; with a floor, all planes of that kind that are no higher or lower than
+  /// what is no obstacle and no drop. Empty: no such plane was found, and all else is empty, too.
   std::vector<int> support;
   GroundFrame ground;
   Plane support_plane;
