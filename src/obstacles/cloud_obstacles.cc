@@ -77,7 +77,7 @@ class CloudFinder {
     double least = options_.least_height_m;
     if (segmentation_.noise != DepthNoise{}) return least;
     for (std::size_t i = 0; i < cloud_.size(); ++i) {
-      if (segmentation_.labels[i] != r_.support.front() || !cloud_.finite(i)) continue;
+      if (segmentation_.labels[i] != r_.support.front() || !cloud_.measured(i)) continue;
       least = std::max(least, std::abs(height(i)));
     }
     return least;
