@@ -12,6 +12,7 @@
 #include "fransac/core/plane.hpp"
 #include "fransac/core/sensor.hpp"
 #include "fransac/obstacles/obstacles.hpp"
+#include "obstacles/support.hpp"
 
 namespace fransac::obstacles {
 
@@ -86,9 +87,6 @@ struct PixelSums {
     zv += sum * static_cast<double>(v);
   }
 };
-
-/// More would be noise.
-inline constexpr int kMostObjects = 4095;
 
 /// Memory of find_objects, and what it found.
 struct Objects {

@@ -11,6 +11,7 @@
 #include "obstacles/drops.hpp"
 #include "obstacles/footprint.hpp"
 #include "obstacles/objects.hpp"
+#include "obstacles/support.hpp"
 
 namespace fransac {
 
@@ -59,49 +60,6 @@ DepthNoise noise_of(const Segmentation& segmentation) {
   return {.quadratic_per_m = 1.425e-3};  // Khoshelham and Elberink 2012
 }
 
-/// Whether a plane is on the support, to within what is no obstacle and no drop: a floor goes on behind things, but the top of a
-/// low step is a floor, too, and carries nothing below it. Methods that know no centroid are believed.
-bool is_on(const Plane& support, const PlaneSegment& plane, const DepthNoise& noise, const ObstacleOptions& options) {
-  const Eigen::Vector3d& point = plane.centroid;
-  if (!(point.z() > 0.0)) return true;
-  const double height = support.signed_distance(point);
-  const double sigma = noise.sigma_m(point.z()) * std::abs(support.normal.dot(point)) / point.z();
-  const double slack = options.height_sigmas * sigma;
-  return height <= std::max(slack, options.least_height_m) && -height <= std::max(slack, options.least_drop_m);
-}
-
-/// The labels of the planes that carry; the first is the one whose plane counts.
-void choose_support(const Segmentation& segmentation, const ObstacleOptions& options, std::vector<int>& support) {
-  const SupportChoice& choice = options.support;
-  support.clear();
-  const auto take = [&](PlaneKind kind, bool all) {
-    for (const PlaneSegment& plane : segmentation.planes) {
-      if (plane.kind == kind && (all || support.empty())) support.push_back(plane.id);
-    }
-    std::stable_sort(support.begin(), support.end(), [&](int a, int b) {
-      return segmentation.planes[at(a - 1)].area_m2 > segmentation.planes[at(b - 1)].area_m2;
-    });
-    if (support.empty()) return;
-    const Plane& first = segmentation.planes[at(support.front() - 1)].plane;
-    support.erase(std::remove_if(support.begin() + 1, support.end(),
-                                 [&, noise = noise_of(segmentation)](int label) {
-                                   return !is_on(first, segmentation.planes[at(label - 1)], noise, options);
-                                 }),
-                  support.end());
-  };
-  switch (choice.kind) {
-    case SupportKind::automatic:
-      take(PlaneKind::floor, true);
-      if (support.empty() && !segmentation.planes.empty()) support.push_back(segmentation.planes.front().id);
-      break;
-    case SupportKind::floor: take(PlaneKind::floor, true); break;
-    case SupportKind::table: take(PlaneKind::horizontal, false); break;
-    case SupportKind::plane:
-      if (choice.plane <= static_cast<int>(segmentation.planes.size())) support.push_back(choice.plane);
-      break;
-  }
-}
-
 class Describer {
  public:
   Describer(const Camera& camera, const Segmentation& segmentation, const ObstacleOptions& options, Impl& work, Obstacles& result)
@@ -148,12 +106,13 @@ class Describer {
       obstacle.max_height_m = extent.high;
       obstacle.nearest_m = extent.nearest;
       obstacle.contact = !drop && extent.contact;
-      const obstacles::Rectangle rectangle = extent.footprint.rectangle();
-      obstacle.box.centre << rectangle.centre, 0.5 * (extent.low + extent.high);
-      obstacle.box.size << rectangle.length, rectangle.width, extent.high - extent.low;
-      obstacle.box.yaw_rad = rectangle.yaw_rad;
-      find_planes(id, drop, obstacle);
-      obstacle.kind = drop ? ObstacleKind::drop : is_plane(obstacle) ? ObstacleKind::plane : ObstacleKind::object;
+      obstacles::set_box(extent.footprint, obstacle);
+      if (drop) {
+        obstacle.kind = ObstacleKind::drop;
+        obstacle.planes.clear();
+      } else {
+        obstacles::name_planes(&w_.objects.on_plane[at(id) * (segmentation_.planes.size() + 1)], segmentation_, obstacle);
+      }
     }
   }
 
@@ -181,27 +140,6 @@ class Describer {
     return {(sums.zu - sums.z * camera_.cx) / camera_.fx / n, (sums.zv - sums.z * camera_.cy) / camera_.fy / n, sums.z / n};
   }
 
-  void find_planes(int id, bool drop, Obstacle& obstacle) const {
-    obstacle.planes.clear();
-    if (drop) return;
-    constexpr double kShare = 0.1;
-    for (const PlaneSegment& plane : segmentation_.planes) {
-      if (on_plane(id, plane.id) >= kShare * static_cast<double>(obstacle.pixels)) obstacle.planes.push_back(plane.id);
-    }
-    std::stable_sort(obstacle.planes.begin(), obstacle.planes.end(),
-                     [&](int a, int b) { return on_plane(id, a) > on_plane(id, b); });
-  }
-
-  [[nodiscard]] double on_plane(int id, int plane) const {
-    return w_.objects.on_plane[at(id) * (segmentation_.planes.size() + 1) + at(plane)];
-  }
-
-  [[nodiscard]] bool is_plane(const Obstacle& obstacle) const {
-    constexpr double kMost = 0.8;  // the rest are its edges
-    return !obstacle.planes.empty() &&
-           on_plane(obstacle.id, obstacle.planes.front()) >= kMost * static_cast<double>(obstacle.pixels);
-  }
-
   const Camera& camera_;
   const Segmentation& segmentation_;
   const ObstacleOptions& options_;
@@ -223,19 +161,6 @@ void find(const DepthView& depth, const Camera& camera, const Segmentation& segm
   obstacles::label_objects(rows, segmentation, w.sides, w.row, w.objects, w.sums, result.labels);
   obstacles::label_drops(rows, w.sides, w.row, w.drops, w.sums, result.labels);
   describer.describe();
-}
-
-Status check_sizes(const DepthView& depth, const Camera& camera, const Segmentation& segmentation) {
-  if (Status status = validate(depth); !status) return status;
-  if (Status status = validate(camera); !status) return status;
-  if (camera.width != depth.width() || camera.height != depth.height()) {
-    return Error{ErrorCode::invalid_argument, "the camera's size is not the depth image's"};
-  }
-  if (segmentation.width != depth.width() || segmentation.height != depth.height() ||
-      segmentation.labels.size() != depth.size()) {
-    return Error{ErrorCode::invalid_argument, "the segmentation's size is not the depth image's"};
-  }
-  return {};
 }
 
 }  // namespace
@@ -266,11 +191,11 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
   result.ground = {};
   result.support_plane = {};
   if (Status status = validate(options); !status) return status;
-  if (Status status = check_sizes(depth, camera, segmentation); !status) return status;
+  if (Status status = obstacles::check_sizes(depth, camera, segmentation); !status) return status;
   result.width = depth.width();
   result.height = depth.height();
   result.labels.assign(depth.size(), 0);
-  choose_support(segmentation, options, result.support);
+  obstacles::choose_support(segmentation, options, noise_of(segmentation), result.support);
   if (!result.support.empty()) {
     result.support_plane = segmentation.planes[at(result.support.front() - 1)].plane;
     result.ground = ground_frame(result.support_plane);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What stands on, hangs above or falls away from a plane that carries, in a segmented depth image.
+/// What stands on, hangs above or falls away from a plane that carries, in a segmented depth image or
+/// point cloud.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,6 +15,7 @@
 #include "fransac/core/depth_image.hpp"
 #include "fransac/core/labels.hpp"
 #include "fransac/core/plane.hpp"
+#include "fransac/core/point_cloud.hpp"
 #include "fransac/core/result.hpp"
 #include "fransac/planes/options.hpp"
 #include "fransac/planes/outline.hpp"
@@ -53,6 +55,9 @@ struct ObstacleOptions {
   double min_size_m = 0.01;
   /// Two things that touch are told apart when each shows this much of itself, measured likewise.
   double touching_size_m = 0.02;
+  /// Clouds: points nearer to each other than this are of one obstacle. 0: four times the points' spacing, which is the square
+  /// root of the area that a point stands for on the planes.
+  double cluster_distance_m = 0.0;
 };
 
 /// Calls visit(info, value&) for every option but the support.
@@ -69,6 +74,10 @@ void for_each_obstacle_option(Options& o, Visitor&& visit) {
   visit(OptionInfo{"touching-size", "m", "smallest obstacle that is told from another that it touches, likewise", 0, kInf, false,
                    true},
         o.touching_size_m);
+  visit(OptionInfo{"cluster-distance", "m",
+                   "clouds: points nearer to each other than this are of one obstacle; 0: four times their spacing", 0, kInf,
+                   false, true},
+        o.cluster_distance_m);
 }
 
 /// Checks every range, and that the support's label can be one. The message names the option.
@@ -151,6 +160,15 @@ Result<Obstacles> find_obstacles(const DepthView& depth, const Camera& camera, c
 Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
                       const ObstacleOptions& options, const AxisLimits* limits, ObstacleWorkspace& workspace,
                       Obstacles& obstacles);
+
+/// The same for a point cloud, organised or not: points above the support are grouped by Euclidean clusters. `labels` is one per
+/// point, `pixels` counts points, and an obstacle of min_size_m has as many points as a piece of plane of that size. What touches
+/// is not told apart (touching_size_m means nothing), and nothing is known to be seen through the support: there are no drops.
+/// Where the method that found the planes knows no noise, heights up to that of the farthest of the support's own points are
+/// none. The origin of the coordinates counts as the camera: it is above the support (unless Segmentation::up says otherwise).
+/// Errors: invalid_argument (options, sizes that differ, a cluster distance too small for the cloud's extent), out_of_memory.
+Result<Obstacles> find_obstacles(const PointCloud& cloud, const Segmentation& segmentation, const ObstacleOptions& options = {},
+                                 const AxisLimits* limits = nullptr);
 
 /// Where drops are seen through the support: the i-th element is of the i-th obstacle, empty for other kinds, its points on the
 /// support. The first kMaxPlanes drops only.

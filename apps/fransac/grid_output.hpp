@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Occupancy grids as maps for ROS: "--grid RES --grid-out BASE".
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+
+#include "fransac/io/dataset.hpp"
+#include "fransac/obstacles/occupancy.hpp"
+#include "output.hpp"
+
+namespace fransac::cli {
+
+struct GridRequest {
+  OccupancyOptions options;
+  std::string base;  ///< Of the files' names, or the folder for a folder of frames; empty: not asked for.
+
+  [[nodiscard]] bool asked() const { return !base.empty(); }
+};
+
+/// Adds both options, which need each other.
+void add_grid_options(CLI::App& app, GridRequest& request, const std::string& group);
+
+/// Throws UsageError when the grid cannot be made.
+void check_options(const GridRequest& request);
+
+/// Writes BASE.pgm and BASE.yaml, and notes them; nothing without a support.
+void write_grid(const GridRequest& request, const std::filesystem::path& base, const io::Frame& frame,
+                const Segmentation& segmentation, const Obstacles& obstacles, Unfinished& written);
+
+}  // namespace fransac::cli
