@@ -26,6 +26,7 @@
 #include "fransac/planes/outline.hpp"
 #include "fransac/version.hpp"
 #include "geometry_json.hpp"
+#include "grid_output.hpp"
 #include "inputs.hpp"
 #include "obstacle_output.hpp"
 #include "options.hpp"
@@ -65,11 +66,12 @@ struct SegmentCommand {
   bool outlines = false;
   SegmentOptions options;
   ObstacleRequest obstacles;
+  GridRequest grid;
 
   [[nodiscard]] std::array<const Output*, 5> outputs() const { return {&labels, &obstacle_labels, &overlay, &cloud, &json}; }
   [[nodiscard]] bool asks_for_output() const {
     const auto all = outputs();
-    return std::any_of(all.begin(), all.end(), [](const Output* output) { return output->asked(); });
+    return grid.asked() || std::any_of(all.begin(), all.end(), [](const Output* output) { return output->asked(); });
   }
 };
 
@@ -117,6 +119,7 @@ void check_place(const Output& output, const Input& input) {
 /// work is done.
 void check_outputs(const SegmentCommand& command, const Input& input) {
   std::set<fs::path> taken;
+  check_place(command.grid, input.is_folder_of_frames());
   for (const Output* output : command.outputs()) {
     if (!output->asked() || output->to_stdout()) continue;
     check_place(*output, input);
@@ -387,6 +390,12 @@ void write_outputs(const SegmentCommand& command, const Input& input, std::size_
   if (command.obstacle_labels.asked()) check(io::write_file(file(command.obstacle_labels), encoded.obstacle_labels));
   if (command.overlay.asked()) check(io::write_file(file(command.overlay), encoded.overlay));
   if (command.cloud.asked()) write_cloud(file(command.cloud), content, found.segmentation);
+  if (command.grid.asked()) {
+    const fs::path base = command.grid.base;
+    if (input.is_folder_of_frames()) written.make_folder(base);
+    write_grid(command.grid, input.is_folder_of_frames() ? base / input.frames[i].name : base, std::get<io::Frame>(content),
+               found.segmentation, found.obstacles, written);
+  }
   if (command.json.asked()) write_text(command.json.to_stdout() ? "-" : file(command.json).string(), encoded.json);
   written.finish();
 }
@@ -455,6 +464,7 @@ void run_segment(const SegmentCommand& command) {
   check_usage(command);
   check_options(command.options);
   check_options(command.obstacles.options);
+  check_options(command.grid);
   const Input input = open_input(command.input, command.camera);
   check_names(command, input);
   check_outputs(command, input);
@@ -490,6 +500,7 @@ Command add_segment(CLI::App& parent) {
   add_output(*app, "--obstacle-labels", command->obstacle_labels.path,
              "which obstacle each pixel is on: 16-bit PNG, 0 none, else the number in table and --json", "FILE");
   app->get_option("--obstacle-labels")->group(kObstacleGroup);
+  add_grid_options(*app, command->grid, kObstacleGroup);
   app->footer(
       "Without any output file a table of the planes, and of the obstacles, is printed.\n"
       "For a folder of frames or a sequence, the outputs name folders (made when missing): one file per frame, named after it "

@@ -16,7 +16,7 @@ void add_grid_options(CLI::App& app, GridRequest& request, const std::string& gr
           ->type_name("M")
           ->group(group);
   add_output(app, "--grid-out", request.base, "where to: BASE.pgm and BASE.yaml, as ROS's map_server reads them", "BASE");
-  CLI::Option* const out = app.get_option("--grid-out")->group(group)->needs(grid);
+  CLI::Option* const out = app.get_option("--grid-out")->group(group)->needs(grid)->needs(app.get_option("--obstacles"));
   grid->needs(out);
 }
 
@@ -24,6 +24,12 @@ void check_options(const GridRequest& request) {
   if (!request.asked()) return;
   if (const Status status = validate(request.options); !status)
     throw UsageError(fmt::format("--grid: {}", status.error().message));
+}
+
+void check_place(const GridRequest& request, bool folder) {
+  if (!request.asked()) return;
+  if (folder) return check_output_folder("--grid-out", request.base);
+  for (const char* const suffix : {".pgm", ".yaml"}) check_output_file("--grid-out", request.base + suffix);
 }
 
 void write_grid(const GridRequest& request, const std::filesystem::path& base, const io::Frame& frame,

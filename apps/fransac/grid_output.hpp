@@ -25,6 +25,9 @@ void add_grid_options(CLI::App& app, GridRequest& request, const std::string& gr
 /// Throws UsageError when the grid cannot be made.
 void check_options(const GridRequest& request);
 
+/// Refuses a place that could not be written; `folder`: the base is a folder with a map for each frame. Throws Failure.
+void check_place(const GridRequest& request, bool folder);
+
 /// Writes BASE.pgm and BASE.yaml, and notes them; nothing without a support.
 void write_grid(const GridRequest& request, const std::filesystem::path& base, const io::Frame& frame,
                 const Segmentation& segmentation, const Obstacles& obstacles, Unfinished& written);
