@@ -174,10 +174,15 @@ class Run {
     const auto write = [&](std::size_t slot) { lines_.write(slots_[slot].line); };
     const std::array<PipelineStage, 3> stages{{{decode, true}, {work}, {write}}};
     run_pipeline(command_.options.threads, kSlots, next, stages);
-    lines_.finish();
     progress_.clear();
-    summarise(milliseconds_since(start));
-    if (InterruptGuard::interrupted()) throw Failure(fmt::format("interrupted after {} frames", done_ + skipped_));
+    const bool interrupted = InterruptGuard::interrupted();
+    if (!interrupted) {
+      if (!stream_error_.empty()) throw Failure(stream_error_);
+      if (done_ == 0) throw Failure("no frame could be used");
+    }
+    lines_.finish();
+    if (done_ > 0) summarise(milliseconds_since(start));
+    if (interrupted) throw Failure(fmt::format("interrupted after {} frames", done_ + skipped_));
   }
 
  private:
@@ -186,7 +191,7 @@ class Run {
     slot.error.clear();
     slot.decode_ms = 0.0;
     if (stream_ != nullptr) {
-      if (!stream_->read(slot.stream)) return false;
+      if (!read_stream(slot.stream)) return false;
       slot.name = fmt::format("{}", next_);
       slot.timestamp_s = slot.stream.timestamp_s;
     } else {
@@ -196,6 +201,16 @@ class Run {
     }
     ++next_;
     return true;
+  }
+
+  /// A stream that breaks off ends it after what came before, as at its end; run() says so.
+  bool read_stream(StreamFrame& frame) {
+    try {
+      return stream_->read(frame);
+    } catch (const Failure& failure) {
+      stream_error_ = failure.what();
+      return false;
+    }
   }
 
   void load(Slot& slot) const {
@@ -267,7 +282,6 @@ class Run {
   }
 
   void summarise(double total_ms) const {
-    if (done_ == 0) throw Failure("no frame could be used");
     log(fmt::format(
         "{} frames in {:.2f} s, {:.1f} frames a second from end to end; medians of a frame: {:.2f} ms decoding, {:.2f} ms "
         "segmenting and tracking{}",
@@ -289,6 +303,7 @@ class Run {
   Tracker tracker_;
   TrackedFrame tracked_;
   std::vector<Slot> slots_;
+  std::string stream_error_;
   std::size_t next_ = 0;
   std::size_t done_ = 0;
   std::size_t skipped_ = 0;
@@ -301,6 +316,9 @@ void run_track(const TrackCommand& command) {
   check_options(command.obstacles.options);
   check_document("--json", command.json);
   check(validate(command.track));
+  if (command.options.method != Method::cells && command.options.method != Method::automatic) {
+    throw UsageError("--method: only cells gives the planes' covariances, which tracking needs");
+  }
   std::vector<io::TimedPose> poses;
   if (!command.poses.empty()) poses = unwrap(io::read_trajectory(command.poses));
   if (command.input == "-") {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <istream>
 #include <sstream>
@@ -58,14 +59,23 @@ bool DepthStream::read_exactly(void* data, std::size_t bytes) {
   return in_.gcount() == static_cast<std::streamsize>(bytes);
 }
 
+template <class Value>
+bool DepthStream::read_values(std::vector<Value>& values, std::size_t count) {
+  constexpr std::size_t kPiece = std::size_t{1} << 22;  // a stream that says too large a size takes no memory for it
+  for (std::size_t done = 0; done < count;) {
+    const std::size_t piece = std::min(kPiece, count - done);
+    values.resize(std::max(values.size(), done + piece));
+    if (!read_exactly(values.data() + done, piece * sizeof(Value))) return false;
+    done += piece;
+  }
+  return true;
+}
+
 bool DepthStream::read(StreamFrame& frame) {
   if (in_.peek() == std::istream::traits_type::eof()) return false;
   const std::size_t pixels = static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
-  frame.units.resize(format_ == DepthFormat::uint16 ? pixels : 0);
-  frame.metres.resize(format_ == DepthFormat::float32 ? pixels : 0);
   const bool whole = read_exactly(&frame.timestamp_s, sizeof frame.timestamp_s) &&
-                     read_exactly(frame.units.data(), frame.units.size() * sizeof(std::uint16_t)) &&
-                     read_exactly(frame.metres.data(), frame.metres.size() * sizeof(float));
+                     (format_ == DepthFormat::uint16 ? read_values(frame.units, pixels) : read_values(frame.metres, pixels));
   if (!whole) throw Failure(fmt::format("standard input: ends within frame {}", frames_));
   ++frames_;
   return true;

@@ -33,6 +33,8 @@ class DepthStream {
 
  private:
   bool read_exactly(void* data, std::size_t bytes);
+  template <class Value>
+  bool read_values(std::vector<Value>& values, std::size_t count);
 
   std::istream& in_;
   Camera camera_;

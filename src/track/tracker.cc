@@ -29,6 +29,11 @@ OrientedPlane transformed(const OrientedPlane& plane, const Eigen::Isometry3d& T
   return {normal, plane.d - normal.dot(T.translation())};
 }
 
+/// The same plane with its normal on the side of another.
+OrientedPlane turned_to(const Eigen::Vector3d& side, const OrientedPlane& plane) {
+  return plane.normal.dot(side) < 0.0 ? OrientedPlane{-plane.normal, -plane.d} : plane;
+}
+
 /// Two directions across a normal: where it can go.
 Eigen::Matrix<double, 3, 2> tangents(const Eigen::Vector3d& normal) {
   Eigen::Matrix<double, 3, 2> basis;
@@ -176,6 +181,9 @@ constexpr double kMostTurn_rad = 0.35;
 /// What no overlap at all costs, against squared sigmas.
 constexpr double kNoOverlap = 9.0;
 
+/// Exact planes have covariances without an inverse: 1e-7 radians and metres are nothing.
+constexpr double kLeastVariance = 1e-14;
+
 /// The cheapest pairs first, each side once.
 template <class Take>
 void match(std::vector<Pair>& pairs, std::size_t tracks, std::size_t measured, const Take& take) {
@@ -240,14 +248,14 @@ void Tracker::Impl::measure(const Segmentation& segmentation) {
 std::vector<Pair> Tracker::Impl::plane_pairs(const Eigen::Isometry3d& T, double rotation, double translation) const {
   std::vector<Pair> pairs;
   for (std::size_t m = 0; m < measured.size(); ++m) {
-    const OrientedPlane seen = transformed(measured[m].plane, T);
+    const Eigen::Vector3d normal = T.linear() * measured[m].plane.normal;
     const Eigen::Vector3d centroid = T * measured[m].centroid;
     const Matrix3 own = in_chart(measured[m].plane.normal, measured[m].covariance);
     const double distance = measured[m].centroid.norm();
     for (std::size_t k = 0; k < planes.size(); ++k) {
       const PlaneTrack& track = planes[k];
-      const double cosine = std::clamp(seen.normal.dot(track.plane.normal), -1.0, 1.0);
-      const double angle = std::acos(cosine);
+      // Measured normals point to the camera, which may have gone through the plane.
+      const double angle = std::acos(std::min(1.0, std::abs(normal.dot(track.plane.normal))));
       const double offset = track.plane.normal.dot(centroid) + track.plane.d;
       const double angle_variance =
           rotation * rotation + own.topLeftCorner<2, 2>().trace() + track.covariance.topLeftCorner<2, 2>().trace();
@@ -294,7 +302,7 @@ bool Tracker::Impl::estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometr
       any = true;
       const PlaneTrack& track = planes[at(pair.track)];
       const Measured& m = measured[at(pair.measured)];
-      const OrientedPlane seen = transformed(m.plane, T);
+      const OrientedPlane seen = turned_to(track.plane.normal, transformed(m.plane, T));
       const Eigen::Matrix<double, 3, 2> basis = tangents(track.plane.normal);
       // A small turn w and step t in the world take (n, d) to (n + w x n, d - n . t).
       Eigen::Matrix<double, 3, 6> jacobian = Eigen::Matrix<double, 3, 6>::Zero();
@@ -307,14 +315,11 @@ bool Tracker::Impl::estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometr
       covariance.diagonal().array() += 1e-12;
       const Matrix3 information = covariance.inverse();
       // Huber: a wrong pair shall not pull.
-      const Eigen::Vector3d residual = difference(seen, track.plane).cwiseProduct(Eigen::Vector3d::Ones());
-      Eigen::Vector3d in_track;
-      in_track.head<2>() = basis.transpose() * (track.plane.normal - seen.normal);
-      in_track[2] = residual[2];
-      const double length = std::sqrt(std::max(0.0, in_track.dot(information * in_track)));
+      const Eigen::Vector3d residual = -difference(track.plane, seen);
+      const double length = std::sqrt(std::max(0.0, residual.dot(information * residual)));
       const double weight = length > options.gate_sigmas ? options.gate_sigmas / length : 1.0;
       normal += weight * jacobian.transpose() * information * jacobian;
-      right += weight * jacobian.transpose() * information * in_track;
+      right += weight * jacobian.transpose() * information * residual;
     });
     if (!any) return false;
     const Vector6 twist = normal.ldlt().solve(right);
@@ -348,13 +353,14 @@ void Tracker::Impl::fuse(const Eigen::Isometry3d& T, bool exact, TrackedFrame& f
     } else {
       PlaneTrack& track = planes[at(track_of[m])];
       // The information filter: informations add up.
-      const Matrix3 prior = track.covariance.inverse();
       Matrix3 covariance = in_chart(track.plane.normal, world);
-      covariance.diagonal().array() += 1e-14;
+      covariance.diagonal().array() += kLeastVariance;
+      track.covariance.diagonal().array() += kLeastVariance;
+      const Matrix3 prior = track.covariance.inverse();
       const Matrix3 information = covariance.inverse();
       track.covariance = (prior + information).inverse();
       track.covariance = 0.5 * (track.covariance + track.covariance.transpose()).eval();
-      track.plane = moved(track.plane, track.covariance * (information * difference(track.plane, seen)));
+      track.plane = moved(track.plane, track.covariance * (information * difference(track.plane, turned_to(track.plane.normal, seen))));
       track.centroid = T * measured[m].centroid;
       track.reach_m = measured[m].reach_m;
       ++track.age;
@@ -441,6 +447,33 @@ Status validate(const TrackOptions& options) {
   return status;
 }
 
+namespace {
+
+bool fills(std::size_t labels, int width, int height) { return width >= 0 && height >= 0 && labels == at(width) * at(height); }
+
+Status check_input(const Segmentation& segmentation, const Obstacles* obstacles,
+                   const std::optional<Eigen::Isometry3d>& T_world_camera) {
+  const auto invalid = [](const char* what) { return Error{ErrorCode::invalid_argument, what}; };
+  if (segmentation.method != Method::cells) {
+    return Error{ErrorCode::unsupported, "tracking needs the planes' covariances, which only the method cells gives"};
+  }
+  if (T_world_camera && !T_world_camera->matrix().allFinite()) return invalid("the camera's pose is not finite");
+  if (!fills(segmentation.labels.size(), segmentation.width, segmentation.height)) {
+    return invalid("the planes' label image has not the size that it says");
+  }
+  for (const PlaneSegment& plane : segmentation.planes) {
+    const bool finite = plane.plane.normal.allFinite() && std::isfinite(plane.plane.d) && plane.centroid.allFinite() &&
+                        plane.covariance.allFinite() && std::isfinite(plane.area_m2);
+    if (!finite) return invalid("a plane is not finite");
+  }
+  if (obstacles != nullptr && !fills(obstacles->labels.size(), obstacles->width, obstacles->height)) {
+    return invalid("the obstacles' label image has not the size that it says");
+  }
+  return {};
+}
+
+}  // namespace
+
 Tracker::Tracker(const TrackOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
@@ -453,11 +486,7 @@ Status Tracker::update(const Segmentation& segmentation, const Obstacles* obstac
   frame.planes.clear();
   frame.objects.clear();
   if (Status status = validate(impl_->options); !status) return status;
-  if (segmentation.method != Method::cells) {
-    return Error{ErrorCode::unsupported, "tracking needs the planes' covariances, which only the method cells gives"};
-  }
-  if (T_world_camera && !T_world_camera->matrix().allFinite())
-    return Error{ErrorCode::invalid_argument, "the camera's pose is not finite"};
+  if (Status status = check_input(segmentation, obstacles, T_world_camera); !status) return status;
   Impl& t = *impl_;
   t.measure(segmentation);
   Eigen::Isometry3d T = t.started ? Eigen::Isometry3d(t.pose * t.velocity) : Eigen::Isometry3d::Identity();

@@ -2,10 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <thread>
 #include <vector>
 
 #include "fransac/core/camera.hpp"
@@ -421,6 +424,103 @@ TEST(ParallelFor, MoreThreadsThanCoresIsNoCauseToPrint) {
   ::testing::internal::CaptureStderr();
   parallel_for(1000, 10, [](std::size_t /*i*/) {});
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
+// What run_pipeline promises, with `threads`: a stream of `items` through a stage that overtakes and two in order.
+void expect_pipeline_in_order(int threads, std::size_t slots, std::size_t items) {
+  std::vector<std::size_t> item_in(slots, 0);
+  std::vector<std::size_t> squares(slots, 0);
+  std::size_t begun = 0;
+  std::size_t summed = 0;
+  std::vector<std::size_t> written;
+  std::atomic<std::size_t> under_way{0};
+  std::atomic<std::size_t> most{0};
+  const auto next = [&](std::size_t slot) {
+    EXPECT_LT(slot, slots);
+    if (begun == items) return false;
+    const std::size_t now = ++under_way;
+    if (now > most) most = now;
+    item_in[slot] = begun++;
+    return true;
+  };
+  const auto square = [&](std::size_t slot) {
+    // Every third item takes its time: others overtake it.
+    if (item_in[slot] % 3 == 0) std::this_thread::sleep_for(std::chrono::microseconds(200));
+    squares[slot] = item_in[slot] * item_in[slot];
+  };
+  const auto sum = [&](std::size_t slot) {
+    EXPECT_EQ(item_in[slot], summed);
+    ++summed;
+  };
+  const auto write = [&](std::size_t slot) {
+    written.push_back(squares[slot]);
+    --under_way;
+  };
+  const std::array<PipelineStage, 3> stages{{{square, true}, {sum}, {write}}};
+  run_pipeline(threads, slots, next, stages);
+  EXPECT_EQ(summed, items);
+  ASSERT_EQ(written.size(), items);
+  for (std::size_t i = 0; i < items; ++i) EXPECT_EQ(written[i], i * i);
+  EXPECT_LE(most.load(), slots);
+}
+
+TEST(RunPipeline, KeepsTheOrderAndNoMoreThanItsSlots) {
+  for (const int threads : {0, 1, 2, 5}) {
+    for (const std::size_t slots : {1U, 2U, 7U}) {
+      for (const std::size_t items : {0U, 1U, 2U, 100U}) {
+        SCOPED_TRACE(::testing::Message() << threads << " threads, " << slots << " slots, " << items << " items");
+        expect_pipeline_in_order(threads, slots, items);
+      }
+    }
+  }
+}
+
+TEST(RunPipeline, AnExceptionEndsItAndIsThrown) {
+  struct Broken {
+    std::size_t item;
+  };
+  constexpr std::size_t kSlots = 4;
+  for (const int threads : {1, 4}) {
+    for (const std::size_t where : {0U, 1U, 2U, 3U}) {
+      std::array<std::size_t, kSlots> item_in{};
+      std::size_t begun = 0;
+      std::vector<std::size_t> written;
+      const auto fail_at = [&](std::size_t stage, std::size_t item) {
+        if (stage == where && item == 20) throw Broken{item};
+      };
+      const auto next = [&](std::size_t slot) {
+        fail_at(0, begun);
+        item_in[slot] = begun++;
+        return begun < 100000;
+      };
+      const auto first = [&](std::size_t slot) { fail_at(1, item_in[slot]); };
+      const auto second = [&](std::size_t slot) { fail_at(2, item_in[slot]); };
+      const auto last = [&](std::size_t slot) {
+        fail_at(3, item_in[slot]);
+        written.push_back(item_in[slot]);
+      };
+      const std::array<PipelineStage, 3> stages{{{first, true}, {second}, {last}}};
+      try {
+        run_pipeline(threads, kSlots, next, stages);
+        ADD_FAILURE() << "nothing was thrown";
+      } catch (const Broken& broken) {
+        EXPECT_EQ(broken.item, 20U);
+      }
+      EXPECT_LE(begun, 20 + kSlots + 1);
+      ASSERT_LE(written.size(), 20U);
+      for (std::size_t i = 0; i < written.size(); ++i) EXPECT_EQ(written[i], i);
+    }
+  }
+}
+
+TEST(RunPipeline, OneThreadIsHere) {
+  const auto here = std::this_thread::get_id();
+  int items = 0;
+  const auto next = [&](std::size_t slot) { return slot == 0 && std::this_thread::get_id() == here && items < 5; };
+  const auto count = [&](std::size_t /*slot*/) { ++items; };
+  const std::array<PipelineStage, 1> stages{{{count}}};
+  run_pipeline(1, 3, next, stages);
+  EXPECT_EQ(items, 5);
 }
 
 TEST(ParallelFor, ZeroMeansAllCores) {
