@@ -88,6 +88,18 @@ Eigen::Isometry3d step(const Vector6& twist) {
   return T;
 }
 
+/// How a plane, in the chart of `normal`, changes with a small turn w and step t of the camera in the world: (n, d) goes to
+/// (n + w x n, d - n . t).
+Eigen::Matrix<double, 3, 6> motion_jacobian(const Eigen::Vector3d& normal, const OrientedPlane& plane) {
+  const Eigen::Matrix<double, 3, 2> basis = tangents(normal);
+  Eigen::Matrix<double, 3, 6> jacobian = Eigen::Matrix<double, 3, 6>::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    jacobian.block<2, 1>(0, axis) = basis.transpose() * Eigen::Vector3d::Unit(axis).cross(plane.normal);
+  }
+  jacobian.block<1, 3>(2, 3) = -plane.normal.transpose();
+  return jacobian;
+}
+
 /// Something that is followed.
 struct PlaneTrack {
   int id;
@@ -184,6 +196,9 @@ constexpr double kNoOverlap = 9.0;
 /// Exact planes have covariances without an inverse: 1e-7 radians and metres are nothing.
 constexpr double kLeastVariance = 1e-14;
 
+/// Squared angle that a normal is uncertain by.
+double spread(const Matrix3& covariance) { return covariance.topLeftCorner<2, 2>().trace(); }
+
 /// The cheapest pairs first, each side once.
 template <class Take>
 void match(std::vector<Pair>& pairs, std::size_t tracks, std::size_t measured, const Take& take) {
@@ -227,8 +242,8 @@ struct Tracker::Impl {
 
   void measure(const Segmentation& segmentation);
   [[nodiscard]] std::vector<Pair> plane_pairs(const Eigen::Isometry3d& T, double rotation, double translation) const;
-  [[nodiscard]] bool estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometry3d& T) const;
-  void fuse(const Eigen::Isometry3d& T, bool exact, TrackedFrame& frame);
+  [[nodiscard]] bool estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometry3d& T, Matrix6& pose_covariance) const;
+  void fuse(const Eigen::Isometry3d& T, const Matrix6& pose_covariance, bool exact, TrackedFrame& frame);
   void follow_objects(const Obstacles& obstacles, const Eigen::Isometry3d& T, TrackedFrame& frame);
 };
 
@@ -257,11 +272,10 @@ std::vector<Pair> Tracker::Impl::plane_pairs(const Eigen::Isometry3d& T, double 
       // Measured normals point to the camera, which may have gone through the plane.
       const double angle = std::acos(std::min(1.0, std::abs(normal.dot(track.plane.normal))));
       const double offset = track.plane.normal.dot(centroid) + track.plane.d;
-      const double angle_variance =
-          rotation * rotation + own.topLeftCorner<2, 2>().trace() + track.covariance.topLeftCorner<2, 2>().trace();
+      const double angle_variance = rotation * rotation + spread(own) + spread(track.covariance);
       // At the middle of what is seen a plane is known to the sensor's noise and the camera's to how it moves and turns.
       const double offset_variance = translation * translation + rotation * rotation * distance * distance +
-                                     track.covariance.topLeftCorner<2, 2>().trace() * (centroid - track.centroid).squaredNorm() +
+                                     spread(track.covariance) * (centroid - track.centroid).squaredNorm() +
                                      track.covariance(2, 2);
       const double squared_angle = angle * angle / angle_variance;
       const double squared_offset = offset * offset / offset_variance;
@@ -278,7 +292,7 @@ std::vector<Pair> Tracker::Impl::plane_pairs(const Eigen::Isometry3d& T, double 
 }
 
 /// Least squares of the planes that are recognised, and of the guess: Gauss and Newton's method from there.
-bool Tracker::Impl::estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometry3d& T) const {
+bool Tracker::Impl::estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometry3d& T, Matrix6& pose_covariance) const {
   T = guess;
   double rotation = radians(options.rotation_deg);
   double translation = options.translation_m;
@@ -295,6 +309,7 @@ bool Tracker::Impl::estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometr
     off << turn.angle() * turn.axis(), back.translation();
     Vector6 weights;
     weights << Eigen::Vector3d::Constant(known_rotation), Eigen::Vector3d::Constant(known_translation);
+    pose_covariance = weights.cwiseInverse().asDiagonal();
     Matrix6 normal = weights.asDiagonal();
     Vector6 right = weights.cwiseProduct(off);
     any = false;
@@ -303,13 +318,7 @@ bool Tracker::Impl::estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometr
       const PlaneTrack& track = planes[at(pair.track)];
       const Measured& m = measured[at(pair.measured)];
       const OrientedPlane seen = turned_to(track.plane.normal, transformed(m.plane, T));
-      const Eigen::Matrix<double, 3, 2> basis = tangents(track.plane.normal);
-      // A small turn w and step t in the world take (n, d) to (n + w x n, d - n . t).
-      Eigen::Matrix<double, 3, 6> jacobian = Eigen::Matrix<double, 3, 6>::Zero();
-      for (int axis = 0; axis < 3; ++axis) {
-        jacobian.block<2, 1>(0, axis) = basis.transpose() * Eigen::Vector3d::Unit(axis).cross(seen.normal);
-      }
-      jacobian.block<1, 3>(2, 3) = -seen.normal.transpose();
+      const Eigen::Matrix<double, 3, 6> jacobian = motion_jacobian(track.plane.normal, seen);
       const Eigen::Matrix4d world = transformed(m.covariance, seen.normal, T);
       Matrix3 covariance = in_chart(track.plane.normal, world) + track.covariance;
       covariance.diagonal().array() += 1e-12;
@@ -324,6 +333,7 @@ bool Tracker::Impl::estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometr
     if (!any) return false;
     const Vector6 twist = normal.ldlt().solve(right);
     if (!twist.allFinite()) return false;
+    pose_covariance = normal.inverse();
     T = step(twist) * T;
     // What is left unknown is less with every round; the gates close.
     rotation = std::max(0.5 * rotation, radians(0.3));
@@ -333,7 +343,7 @@ bool Tracker::Impl::estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometr
 }
 
 /// Updates known planes by what was measured of them, and makes new ones.
-void Tracker::Impl::fuse(const Eigen::Isometry3d& T, bool exact, TrackedFrame& frame) {
+void Tracker::Impl::fuse(const Eigen::Isometry3d& T, const Matrix6& pose_covariance, bool exact, TrackedFrame& frame) {
   const double rotation = exact ? radians(0.5) : radians(0.5 * options.rotation_deg);
   const double translation = exact ? 0.01 : 0.5 * options.translation_m;
   std::vector<int> track_of(measured.size(), -1);
@@ -347,20 +357,41 @@ void Tracker::Impl::fuse(const Eigen::Isometry3d& T, bool exact, TrackedFrame& f
   for (std::size_t m = 0; m < measured.size(); ++m) {
     const OrientedPlane seen = transformed(measured[m].plane, T);
     const Eigen::Matrix4d world = transformed(measured[m].covariance, seen.normal, T);
+    // What the camera's pose is off by, the plane is off by. Else a narrow plane, whose turn about its length is hardly known,
+    // would turn wildly to go through what is seen of it now and what was seen before.
+    const auto covariance_in_chart = [&](const Eigen::Vector3d& normal) -> Matrix3 {
+      const Eigen::Matrix<double, 3, 6> jacobian = motion_jacobian(normal, seen);
+      return in_chart(normal, world) + jacobian * pose_covariance * jacobian.transpose();
+    };
     if (track_of[m] < 0) {
       track_of[m] = static_cast<int>(planes.size());
-      planes.push_back({next_plane++, seen, in_chart(seen.normal, world), T * measured[m].centroid, measured[m].reach_m});
+      planes.push_back({next_plane++, seen, covariance_in_chart(seen.normal), T * measured[m].centroid, measured[m].reach_m});
     } else {
       PlaneTrack& track = planes[at(track_of[m])];
       // The information filter: informations add up.
-      Matrix3 covariance = in_chart(track.plane.normal, world);
+      Matrix3 covariance = covariance_in_chart(track.plane.normal);
       covariance.diagonal().array() += kLeastVariance;
       track.covariance.diagonal().array() += kLeastVariance;
       const Matrix3 prior = track.covariance.inverse();
+      // Huber: what contradicts all that is known counts for less.
+      const Eigen::Vector3d off = difference(track.plane, turned_to(track.plane.normal, seen));
+      const double squared = off.dot((track.covariance + covariance).inverse() * off);
+      covariance *= std::max(1.0, squared / (options.gate_sigmas * options.gate_sigmas));
       const Matrix3 information = covariance.inverse();
-      track.covariance = (prior + information).inverse();
+      const Matrix3 both = (prior + information).inverse();
+      Eigen::Vector3d by = both * (information * off);
+      if (by.head<2>().norm() <= off.head<2>().norm()) {
+        track.covariance = both;
+      } else {
+        // Of a narrow plane each frame tells a line well and the turn about it hardly. Two such lines a little apart would ask
+        // for a turn far beyond what either frame saw: a mean between the two instead, whose covariance is below the mean of
+        // theirs whatever they share.
+        const double share = spread(track.covariance) / (spread(track.covariance) + spread(covariance));
+        by = share * off;
+        track.covariance = (1.0 - share) * track.covariance + share * covariance;
+      }
       track.covariance = 0.5 * (track.covariance + track.covariance.transpose()).eval();
-      track.plane = moved(track.plane, track.covariance * (information * difference(track.plane, turned_to(track.plane.normal, seen))));
+      track.plane = moved(track.plane, by);
       track.centroid = T * measured[m].centroid;
       track.reach_m = measured[m].reach_m;
       ++track.age;
@@ -491,17 +522,18 @@ Status Tracker::update(const Segmentation& segmentation, const Obstacles* obstac
   t.measure(segmentation);
   Eigen::Isometry3d T = t.started ? Eigen::Isometry3d(t.pose * t.velocity) : Eigen::Isometry3d::Identity();
   frame.pose_source = PoseSource::estimated;
+  Matrix6 pose_covariance = Matrix6::Zero();
   if (T_world_camera) {
     T = *T_world_camera;
     frame.pose_source = PoseSource::given;
   } else if (t.started) {
     const Eigen::Isometry3d guess = T;
-    if (!t.estimate_pose(guess, T)) {
+    if (!t.estimate_pose(guess, T, pose_covariance)) {
       T = guess;
       frame.pose_source = PoseSource::guessed;
     }
   }
-  t.fuse(T, T_world_camera.has_value(), frame);
+  t.fuse(T, pose_covariance, T_world_camera.has_value(), frame);
   if (obstacles != nullptr) t.follow_objects(*obstacles, T, frame);
   t.velocity = t.started ? Eigen::Isometry3d(t.pose.inverse() * T) : Eigen::Isometry3d::Identity();
   // Rotations stay rotations however long the sequence.

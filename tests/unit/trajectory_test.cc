@@ -14,11 +14,11 @@ namespace fransac::io {
 namespace {
 
 using Eigen::Isometry3d;
-using fransac::testing::TemporaryFolder;
 using Eigen::Vector3d;
+using fransac::testing::TemporaryFolder;
+using std::numbers::pi;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-using std::numbers::pi;
 
 TEST(Trajectory, ReadsLinesCommentsAndBlanks) {
   const auto poses = parse_trajectory(
