@@ -144,6 +144,10 @@ def text(folder, name, content=""):
     write(folder / name, content)
 
 
+def lines(folder, name, *content):
+    write(folder / name, "".join(f"{line}\n" for line in content))
+
+
 def empty_folder(folder, name):
     (folder / name).mkdir()
 
