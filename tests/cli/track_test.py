@@ -128,6 +128,16 @@ class Stream(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn("ends within frame 0", done.stderr.decode())
 
+    def test_lines_into_a_link_go_where_it_leads(self):
+        with tempfile.TemporaryDirectory() as folder:
+            target, link = (pathlib.Path(folder, name) for name in ("lines.jsonl", "link"))
+            target.write_text("old", encoding="utf-8")
+            link.symlink_to(target)
+            self.assertEqual(track("-", "--json", link, stdin=HEADER.encode() + frame_bytes(0.0)).returncode, 0)
+            self.assertTrue(link.is_symlink())
+            self.assertEqual(len(documents(target.read_bytes())), 1)
+            self.assertEqual(sorted(path.name for path in pathlib.Path(folder).iterdir()), ["lines.jsonl", "link"])
+
     def test_a_header_without_frames(self):
         self.fails(HEADER.encode(), "no frame could be used")
 
