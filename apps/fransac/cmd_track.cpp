@@ -71,9 +71,7 @@ class Lines {
  public:
   explicit Lines(const std::string& file) : file_(file) {
     if (file_ == "-") return;
-    std::error_code error;
-    if (fs::is_symlink(file_, error)) file_ = fs::canonical(file_, error).string();  // the link stays, /dev/stdout too
-    if (error) throw Failure(fmt::format("{}: {}", file, error.message()));
+    file_ = fs::weakly_canonical(file_).string();  // of a link its target: the link stays, /dev/stdout too
     part_ = fs::exists(file_) && !fs::is_regular_file(file_) ? file_ : file_ + ".part";
     if (part_ != file_) unfinished_.add(part_);
     out_.open(part_, std::ios::binary | std::ios::trunc);
