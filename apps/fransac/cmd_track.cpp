@@ -71,8 +71,9 @@ class Lines {
  public:
   explicit Lines(const std::string& file) : file_(file) {
     if (file_ == "-") return;
-    file_ = fs::weakly_canonical(file_).string();  // of a link its target: the link stays, /dev/stdout too
-    part_ = fs::exists(file_) && !fs::is_regular_file(file_) ? file_ : file_ + ".part";
+    const bool in_place = fs::exists(file_) && !fs::is_regular_file(file_);
+    if (fs::is_regular_file(file_)) file_ = fs::canonical(file_).string();  // of a link its target: the link stays
+    part_ = in_place ? file_ : file_ + ".part";
     if (part_ != file_) unfinished_.add(part_);
     out_.open(part_, std::ios::binary | std::ios::trunc);
     check_written();

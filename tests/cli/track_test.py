@@ -138,6 +138,12 @@ class Stream(unittest.TestCase):
             self.assertEqual(len(documents(target.read_bytes())), 1)
             self.assertEqual(sorted(path.name for path in pathlib.Path(folder).iterdir()), ["lines.jsonl", "link"])
 
+    def test_devices_are_written_in_place(self):
+        done = track("-", "--json", "/dev/stdout", stdin=HEADER.encode() + frame_bytes(0.0))  # a pipe
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(len(documents(done.stdout)), 1)
+        self.assertTrue(pathlib.Path("/dev/stdout").is_symlink())
+
     def test_a_header_without_frames(self):
         self.fails(HEADER.encode(), "no frame could be used")
 
