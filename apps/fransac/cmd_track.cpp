@@ -149,6 +149,12 @@ nlohmann::ordered_json object_to_json(const TrackedObject& tracked, const Obstac
   return json;
 }
 
+/// The frames themselves keep the cores busy.
+SegmentOptions on_one_thread(SegmentOptions options) {
+  options.threads = 1;
+  return options;
+}
+
 /// Reads, segments, follows and writes, each while others do the rest.
 class Run {
  public:
@@ -159,11 +165,8 @@ class Run {
         poses_(std::move(poses)),
         lines_(command.json),
         progress_(input != nullptr ? input->size() : 0),
-        tracker_(command.track) {
-    // The frames themselves keep the cores busy.
-    options_ = command.options;
-    options_.threads = 1;
-  }
+        options_(on_one_thread(command.options)),
+        tracker_(command.track) {}
 
   void run() {
     const InterruptGuard guard;

@@ -347,7 +347,6 @@ void FindNearest(const CellArrays& row, const float* HWY_RESTRICT slack, std::si
 void MeasureDifferences(const float* n, const float* values, const float* shape, std::size_t cells, std::ptrdiff_t step,
                         float least, float* HWY_RESTRICT out) {
   using namespace cell_sets;
-  const FloatTag d;
   for (std::size_t k = 0; k < cells; k += kLanes) {
     const auto i = static_cast<std::ptrdiff_t>(k);
     const Float mean = hn::Mul(Set(0.5F), hn::Add(Get(values, i - step), Get(values, i + step)));

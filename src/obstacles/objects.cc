@@ -199,9 +199,10 @@ class Linker {
 class Grouper {
  public:
   Grouper(const Sides& sides, const Camera& camera, const ObstacleOptions& options, Objects& objects)
-      : s_(sides), options_(options), o_(objects) {
-    cells_per_m2_ = static_cast<float>(camera.fx * camera.fy / (sides.cells.side * sides.cells.side));
-  }
+      : s_(sides),
+        options_(options),
+        o_(objects),
+        cells_per_m2_(static_cast<float>(camera.fx * camera.fy / (sides.cells.side * sides.cells.side))) {}
 
   void run() {
     o_.parent.resize(s_.cells.size());
@@ -287,7 +288,7 @@ class Grouper {
   const Sides& s_;
   const ObstacleOptions& options_;
   Objects& o_;
-  float cells_per_m2_ = 0.0F;
+  float cells_per_m2_;
 };
 
 class PixelLabeller {

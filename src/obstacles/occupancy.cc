@@ -58,7 +58,7 @@ class Marker {
   void mark(const Eigen::Vector2d& place, std::int8_t value) {
     if (!(place.squaredNorm() <= options_.max_range_m * options_.max_range_m)) return;
     const auto index = [&](double coordinate) {
-      const double i = std::floor(coordinate / options_.resolution_m) + grid_.width / 2;
+      const double i = std::floor(coordinate / options_.resolution_m) + 0.5 * grid_.width;
       return static_cast<std::size_t>(std::clamp(i, 0.0, grid_.width - 1.0));  // the range's end may round beyond it
     };
     std::int8_t& cell = grid_.cells[index(place.y()) * static_cast<std::size_t>(grid_.width) + index(place.x())];

@@ -68,7 +68,8 @@ std::optional<Plane> support_under(const Scene& scene, const Vector3d& origin) {
       const Hit hit = intersect(primitive.shape, primitive.half, to_solid * origin, to_solid.linear() * -scene.up);
       if (hit.t >= nearest) continue;
       nearest = hit.t;
-      plane = scene.plane_of_face[static_cast<std::size_t>(primitive.first_face + hit.face)];
+      const int face = primitive.first_face + hit.face;
+      plane = scene.plane_of_face[static_cast<std::size_t>(face)];
     }
   }
   if (plane < 0) return std::nullopt;
