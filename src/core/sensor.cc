@@ -14,10 +14,9 @@ namespace {
 /// 1/8 px that makes a focal length of 585 px (586 px as they calibrated it), which is the sensor's own whatever the camera's:
 /// depth registered to colour has other intrinsics but the same noise.
 namespace structured_light {
-constexpr double kQuadratic_per_m = 1.425e-3;
 constexpr double kBaseline_m = 0.075;
 constexpr double kDisparityError_px = 0.5 / 8.0;
-constexpr double kFocalLength_px = kDisparityError_px / (kQuadratic_per_m * kBaseline_m);
+constexpr double kFocalLength_px = kDisparityError_px / (kKinectNoise_per_m * kBaseline_m);
 constexpr double kBias_m = 0.01;  // uncorrected lenses bend planes by 1 to 2 cm at the borders, over most of the image less
 }  // namespace structured_light
 

@@ -1,15 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <string_view>
+
+#include "fransac/core/result.hpp"
 
 namespace fransac::io {
 
 /// Bytes of a text file as characters.
 inline std::string_view as_text(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// Between words; the end of a line written on Windows counts as one.
+inline constexpr std::string_view kBlanks = " \t\r";
+
+/// Calls `visit(line, number)` for the lines that hold something before a comment's '#', without the comment; `number` counts
+/// from 1. Ends at the first Status that is an error and returns it.
+template <class Visit>
+Status for_each_line(std::string_view text, Visit&& visit) {
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    line = line.substr(0, line.find('#'));
+    if (line.find_first_not_of(kBlanks) == std::string_view::npos) continue;
+    if (Status status = visit(line, number); !status) return status;
+  }
+  return {};
 }
 
 }  // namespace fransac::io

@@ -13,7 +13,6 @@
 namespace fransac::io {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r";
 constexpr std::size_t kNumbers = 8;
 
 /// The numbers of a line; nothing when it does not hold just as many.
@@ -34,11 +33,7 @@ std::optional<std::array<double, kNumbers>> parse_numbers(std::string_view line)
 
 Result<std::vector<TimedPose>> parse_trajectory(std::string_view text, const std::string& name) {
   std::vector<TimedPose> poses;
-  for (std::size_t number = 1; !text.empty(); ++number) {
-    std::string_view line = text.substr(0, text.find('\n'));
-    text.remove_prefix(std::min(line.size() + 1, text.size()));
-    line = line.substr(0, line.find('#'));
-    if (line.find_first_not_of(kBlanks) == std::string_view::npos) continue;
+  const Status read = for_each_line(text, [&](std::string_view line, std::size_t number) -> Status {
     const auto fault = [&](const char* what) {
       return Error{ErrorCode::format, name + ":" + std::to_string(number) + ": " + what};
     };
@@ -51,7 +46,9 @@ Result<std::vector<TimedPose>> parse_trajectory(std::string_view text, const std
     pose.timestamp_s = (*n)[0];
     pose.T_world_camera.linear() = q.normalized().toRotationMatrix();
     pose.T_world_camera.translation() << (*n)[1], (*n)[2], (*n)[3];
-  }
+    return {};
+  });
+  if (!read) return read.error();
   if (poses.empty()) return Error{ErrorCode::no_data, name + ": no pose"};
   std::stable_sort(poses.begin(), poses.end(),
                    [](const TimedPose& a, const TimedPose& b) { return a.timestamp_s < b.timestamp_s; });

@@ -7,13 +7,13 @@
 #include <filesystem>
 #include <optional>
 
+#include "io/text.h"
+
 namespace fransac::io {
 namespace {
 
 // Timestamps are written in microseconds, and doubles of today's Unix time are good to a quarter of one.
 constexpr double kTimeRounding_s = 1e-6;
-
-constexpr std::string_view kBlanks = " \t\r";
 
 /// Cuts the first word off `line`; empty at its end.
 std::string_view take_word(std::string_view& line) {
@@ -57,17 +57,15 @@ std::optional<std::string_view> parse_line(std::string_view line, TumEntry& entr
 
 Result<std::vector<TumEntry>> parse_tum_list(std::string_view text, const std::string& name) {
   std::vector<TumEntry> entries;
-  for (std::size_t number = 1; !text.empty(); ++number) {
-    std::string_view line = text.substr(0, text.find('\n'));
-    text.remove_prefix(std::min(line.size() + 1, text.size()));
-    line = line.substr(0, line.find('#'));
-    if (line.find_first_not_of(kBlanks) == std::string_view::npos) continue;
+  const Status read = for_each_line(text, [&](std::string_view line, std::size_t number) -> Status {
     TumEntry entry;
     if (const auto fault = parse_line(line, entry)) {
       return Error{ErrorCode::format, name + ":" + std::to_string(number) + ": " + std::string(*fault)};
     }
     entries.push_back(std::move(entry));
-  }
+    return {};
+  });
+  if (!read) return read.error();
   std::stable_sort(entries.begin(), entries.end(), [](const TumEntry& a, const TumEntry& b) { return a.time_s < b.time_s; });
   return entries;
 }

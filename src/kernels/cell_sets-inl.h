@@ -14,6 +14,7 @@
 #include "hwy/highway.h"
 #include "kernels/cell_sets.h"
 #include "kernels/cells.h"
+#include "kernels/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fransac::kernels {
@@ -55,24 +56,10 @@ PixelSums SumPixels(const std::uint8_t* count, const float* q, std::size_t cells
 namespace cell_sets {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using FloatTag = hn::CappedTag<float, 8>;
-using Float = hn::Vec<FloatTag>;
-using Mask = hn::Mask<FloatTag>;
-constexpr std::size_t kLanes = hn::MaxLanes(FloatTag());
-static_assert(kLanes == 4 || kLanes == 8);
+using namespace lanes;
 
 HWY_INLINE Float Set(float value) { return hn::Set(FloatTag(), value); }
 HWY_INLINE Float Get(const float* HWY_RESTRICT values, std::ptrdiff_t i) { return hn::LoadU(FloatTag(), values + i); }
-
-HWY_INLINE std::uint64_t Bits(Mask mask) {
-  std::uint8_t bits[8];
-  hn::StoreMaskBits(FloatTag(), mask, bits);
-  return bits[0];
-}
-HWY_INLINE Mask FromBits(std::uint64_t bits) {
-  const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits & ((1U << kLanes) - 1U))};
-  return hn::LoadMaskBits(FloatTag(), bytes);
-}
 
 struct PlaneVectors {
   Float u0, v0, q0, du, dv;

@@ -15,6 +15,7 @@
 #include "hwy/highway.h"
 #include "kernels/bits.h"
 #include "kernels/cells.h"
+#include "kernels/lanes-inl.h"
 
 #ifndef FRANSAC_KERNELS_CELLS_TABLE_
 #define FRANSAC_KERNELS_CELLS_TABLE_
@@ -49,24 +50,14 @@ const CellKernels<float>* Cells32() { return &ref::cell_kernels<float>(); }
 namespace cells {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A cell's row is one vector, or two of four lanes.
-using FloatTag = hn::CappedTag<float, kCell>;
-using IntTag = hn::RebindToSigned<FloatTag>;
-using Float = hn::Vec<FloatTag>;
-using Mask = hn::Mask<FloatTag>;
-constexpr std::size_t kLanes = hn::MaxLanes(FloatTag());
+using namespace lanes;  // a cell's row is one vector, or two of four lanes
 constexpr std::size_t kSide = kCell;
-static_assert(kLanes == 4 || kLanes == kSide);
+static_assert(kSide == 8);
 constexpr float kCentre = 0.5F * (kCell - 1);
 constexpr std::uint64_t kAll = ~std::uint64_t{0};  ///< Every pixel of a cell, as bits.
 
 template <class Raw>
 using RawTag = hn::CappedTag<Raw, kCell>;
-
-HWY_INLINE Float Load(const std::uint16_t* HWY_RESTRICT raw) {
-  return hn::ConvertTo(FloatTag(), hn::PromoteTo(IntTag(), hn::LoadU(hn::Rebind<std::uint16_t, FloatTag>(), raw)));
-}
-HWY_INLINE Float Load(const float* HWY_RESTRICT raw) { return hn::LoadU(FloatTag(), raw); }
 
 /// Whether a cell has a measurement everywhere, the common case.
 template <class Raw>
@@ -94,12 +85,6 @@ HWY_INLINE std::uint64_t MeasuredBits(const CellRows<Raw>& rows, std::size_t col
     }
   }
   return all;
-}
-
-HWY_INLINE std::uint64_t Bits(Mask mask) {
-  std::uint8_t bits[8];
-  hn::StoreMaskBits(FloatTag(), mask, bits);
-  return bits[0];
 }
 
 HWY_INLINE Float Row(std::size_t v) { return hn::Set(FloatTag(), static_cast<float>(v)); }

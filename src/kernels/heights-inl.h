@@ -13,6 +13,7 @@
 #include "hwy/highway.h"
 #include "kernels/bits.h"
 #include "kernels/heights.h"
+#include "kernels/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fransac::kernels {
@@ -26,27 +27,8 @@ const HeightKernels<float>* Heights32() { return &ref::height_kernels<float>(); 
 namespace heights {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using FloatTag = hn::CappedTag<float, kHeightGroup>;
-using Float = hn::Vec<FloatTag>;
-using Mask = hn::Mask<FloatTag>;
-constexpr std::size_t kLanes = hn::MaxLanes(FloatTag());
-static_assert(kLanes == 4 || kLanes == 8);
-
-HWY_INLINE Float Load(const std::uint16_t* HWY_RESTRICT raw) {
-  return hn::ConvertTo(FloatTag(),
-                       hn::PromoteTo(hn::RebindToSigned<FloatTag>(), hn::LoadU(hn::Rebind<std::uint16_t, FloatTag>(), raw)));
-}
-HWY_INLINE Float Load(const float* HWY_RESTRICT raw) { return hn::LoadU(FloatTag(), raw); }
-
-HWY_INLINE std::uint64_t Bits(Mask mask) {
-  std::uint8_t bits[8];
-  hn::StoreMaskBits(FloatTag(), mask, bits);
-  return bits[0];
-}
-HWY_INLINE Mask FromBits(std::uint64_t bits) {
-  const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits & ((1U << kLanes) - 1U))};
-  return hn::LoadMaskBits(FloatTag(), bytes);
-}
+using namespace lanes;
+static_assert(kHeightGroup == 8);
 
 /// Adds the marked depths of a group, two quads.
 HWY_INLINE void Add(const float* HWY_RESTRICT z, std::uint64_t bits, std::uint16_t* HWY_RESTRICT counts,

@@ -17,8 +17,6 @@
 namespace fransac {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 /// The square root of the area that a point stands for on the planes; nothing where no plane has an area.
 std::optional<double> spacing_on_planes(const Segmentation& segmentation) {
   double area_m2 = 0.0;

@@ -13,6 +13,8 @@
 #include <span>
 #include <utility>
 
+#include "core/union_find.hpp"
+
 namespace fransac::obstacles {
 namespace {
 
@@ -159,16 +161,14 @@ class Finder {
 
   void join(std::uint32_t a, std::uint32_t b) {
     if (b == Cubes::kNone) return;
-    const auto [low, high] = std::minmax({root(a), root(b)});
-    if (low != high && are_near(points_in(a), points_in(b), squared_)) parent_[high] = low;
+    const std::uint32_t root_a = root(a);
+    const std::uint32_t root_b = root(b);
+    if (root_a != root_b && are_near(points_in(a), points_in(b), squared_)) join_roots(parent_.data(), root_a, root_b);
   }
 
   Points points_in(std::uint32_t cube) { return Points(sorted_).subspan(begin_[cube], begin_[cube + 1] - begin_[cube]); }
 
-  std::uint32_t root(std::uint32_t cube) {
-    while (parent_[cube] != cube) cube = parent_[cube] = parent_[parent_[cube]];
-    return cube;
-  }
+  std::uint32_t root(std::uint32_t cube) { return root_of(parent_.data(), cube); }
 
   /// Cubes are in the order of their first points, and a root is the first of its cubes.
   Clusters number() {

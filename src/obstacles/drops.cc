@@ -8,8 +8,6 @@
 namespace fransac::obstacles {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 /// A quarter of the pixels make a cell, as for objects.
 bool is_below(const Sides& sides, int cell) { return 4 * sides.below[at(cell)] >= sides.cells.side * sides.cells.side; }
 

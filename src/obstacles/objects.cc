@@ -8,13 +8,12 @@
 #include <limits>
 #include <numeric>
 
+#include "core/union_find.hpp"
 #include "kernels/heights.h"
 #include "kernels/labels.h"
 
 namespace fransac::obstacles {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Focal length of the Kinect v1, for which sizes in pixels below are known: they are angles.
 constexpr double kKinectFocal = 525.0;
@@ -218,11 +217,7 @@ class Grouper {
   }
 
  private:
-  int root(int cell) {
-    std::int32_t* const parent = o_.parent.data();
-    while (parent[cell] != cell) cell = parent[cell] = parent[parent[cell]];
-    return cell;
-  }
+  int root(int cell) { return root_of(o_.parent.data(), std::int32_t{cell}); }
 
   /// Cells that show so much of a surface at a cell's distance: at least three, flying pixels make two.
   [[nodiscard]] float cells_of(int cell, double size_m) const {
@@ -234,8 +229,7 @@ class Grouper {
   void join_cores() {
     for (const Objects::Link& link : o_.links) {
       if (link.cut >= 1.0F || o_.core[at(link.a)] == 0 || o_.core[at(link.b)] == 0) continue;
-      const auto [low, high] = std::minmax({root(link.a), root(link.b)});
-      o_.parent[at(high)] = low;
+      join_roots(o_.parent.data(), root(link.a), root(link.b));
     }
     for (const std::int32_t cell : o_.cells) ++o_.size[at(root(cell))];
     for (const std::int32_t cell : o_.cells) {
@@ -252,7 +246,7 @@ class Grouper {
       if (low == high || (o_.seed[at(low)] != 0 && o_.seed[at(high)] != 0)) continue;
       const auto smaller = static_cast<float>(std::min(o_.size[at(low)], o_.size[at(high)]));
       if (link.cut >= kTooStrong && smaller >= cells_of(low, options_.touching_size_m)) continue;
-      o_.parent[at(high)] = low;
+      join_roots(o_.parent.data(), low, high);
       o_.size[at(low)] += o_.size[at(high)];
       o_.seed[at(low)] |= o_.seed[at(high)];
     }

@@ -4,14 +4,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include "fransac/core/true_object.hpp"
 #include "obstacles/drops.hpp"
 #include "obstacles/footprint.hpp"
 #include "obstacles/objects.hpp"
 #include "obstacles/support.hpp"
+#include "planes/range_check.hpp"
 
 namespace fransac {
 
@@ -52,12 +55,10 @@ namespace {
 
 using Impl = ObstacleWorkspace::Impl;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 /// A Kinect's, where the method that found the planes knows no noise.
 DepthNoise noise_of(const Segmentation& segmentation) {
   if (segmentation.noise != DepthNoise{}) return segmentation.noise;
-  return {.quadratic_per_m = 1.425e-3};  // Khoshelham and Elberink 2012
+  return {.quadratic_per_m = kKinectNoise_per_m};
 }
 
 class Describer {
@@ -147,6 +148,19 @@ class Describer {
   Obstacles& r_;
 };
 
+/// All pixels of a sliver can be nearer to its neighbours' surfaces: it is none then.
+void remove_empty(Obstacles& result) {
+  const auto is_empty = [](const Obstacle& obstacle) { return obstacle.pixels == 0; };
+  if (std::none_of(result.obstacles.begin(), result.obstacles.end(), is_empty)) return;  // nearly always
+  std::erase_if(result.obstacles, is_empty);
+  std::vector<std::uint16_t> new_ids(std::numeric_limits<std::uint16_t>::max() + std::size_t{1});
+  for (std::size_t i = 0; i < result.obstacles.size(); ++i) {
+    int& id = result.obstacles[i].id;
+    new_ids[at(std::exchange(id, static_cast<int>(i + 1)))] = static_cast<std::uint16_t>(i + 1);
+  }
+  for (std::uint16_t& label : result.labels) label = new_ids[label];
+}
+
 template <class Raw>
 void find(const DepthView& depth, const Camera& camera, const Segmentation& segmentation, const ObstacleOptions& options,
           const AxisLimits* limits, Impl& w, Obstacles& result) {
@@ -161,20 +175,15 @@ void find(const DepthView& depth, const Camera& camera, const Segmentation& segm
   obstacles::label_objects(rows, segmentation, w.sides, w.row, w.objects, w.sums, result.labels);
   obstacles::label_drops(rows, w.sides, w.row, w.drops, w.sums, result.labels);
   describer.describe();
+  remove_empty(result);
 }
 
 }  // namespace
 
 Status validate(const ObstacleOptions& options) {
-  Status status;
-  for_each_obstacle_option(options, [&](const OptionInfo& info, double value) {
-    const bool low = info.open_min ? value <= info.min : value < info.min;
-    const bool high = info.open_max ? value >= info.max : value > info.max;
-    if (status && (std::isnan(value) || low || high)) {
-      status = Error{ErrorCode::invalid_argument, std::string(info.name) + " is out of range"};
-    }
-  });
-  if (!status) return status;
+  RangeCheck check;
+  for_each_obstacle_option(options, check);
+  if (!check.status) return check.status;
   const SupportChoice& support = options.support;
   if (support.kind == SupportKind::plane && (support.plane < kLabelFirst || support.plane > kMaxPlanes)) {
     return Error{ErrorCode::invalid_argument, "support: " + std::to_string(support.plane) + " is no plane's label"};

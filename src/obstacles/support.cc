@@ -6,8 +6,6 @@
 namespace fransac::obstacles {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 /// Whether a plane is on the support, to within what is no obstacle and no drop: a floor goes on behind things, but the top of a
 /// low step is a floor, too, and carries nothing below it. Methods that know no centroid are believed.
 bool is_on(const Plane& support, const PlaneSegment& plane, const DepthNoise& noise, const ObstacleOptions& options) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/index.hpp"
 #include "fransac/core/result.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "obstacles/footprint.hpp"

@@ -10,6 +10,8 @@
 #include <numeric>
 #include <utility>
 
+#include "core/union_find.hpp"
+
 namespace fransac {
 namespace {
 
@@ -36,14 +38,8 @@ class DisjointSets {
     parents_.push_back(static_cast<std::uint32_t>(parents_.size()));
     return parents_.back();
   }
-  std::uint32_t find(std::uint32_t i) {
-    while (parents_[i] != i) i = parents_[i] = parents_[parents_[i]];
-    return i;
-  }
-  void merge(std::uint32_t a, std::uint32_t b) {
-    const auto [low, high] = std::minmax({find(a), find(b)});
-    parents_[high] = low;
-  }
+  std::uint32_t find(std::uint32_t i) { return root_of(parents_.data(), i); }
+  void merge(std::uint32_t a, std::uint32_t b) { join_roots(parents_.data(), find(a), find(b)); }
   [[nodiscard]] std::size_t size() const { return parents_.size(); }
 
  private:

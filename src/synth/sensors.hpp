@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fransac/core/camera.hpp"
+#include "fransac/core/sensor.hpp"
 #include "fransac/synth/synth.hpp"
 #include "synth/geometry.hpp"
 
@@ -43,10 +44,10 @@ inline constexpr double kFocalBaseline =
     580.0 * 0.075;                            ///< f b of the sensor, whatever the camera: nominal values, pixels times metres.
 inline constexpr double kBaseline_m = 0.075;  ///< The projector stands this far along +x.
 inline constexpr double kStep_px = 0.125;     ///< Disparities are multiples of 1/8 pixel.
-inline constexpr double kSigma = 1.425e-3;    ///< sigma_z = kSigma z^2, per metre (Khoshelham & Elberink 2012).
-inline constexpr int kWindow_px = 7;          ///< Pixels this near share errors; see measure_kinect1().
-inline constexpr double kDrift_px = 0.015;    ///< Part of the disparity's error that changes slowly over the image.
-inline constexpr int kDriftWindow_px = 41;    ///< How slowly.
+inline constexpr double kSigma = kKinectNoise_per_m;
+inline constexpr int kWindow_px = 7;        ///< Pixels this near share errors; see measure_kinect1().
+inline constexpr double kDrift_px = 0.015;  ///< Part of the disparity's error that changes slowly over the image.
+inline constexpr int kDriftWindow_px = 41;  ///< How slowly.
 inline constexpr double kNearest_m = 0.5;
 inline constexpr double kFarthest_m = 8.0;
 }  // namespace kinect1

@@ -8,6 +8,9 @@
 #include <numbers>
 #include <string>
 
+#include "core/index.hpp"
+#include "planes/range_check.hpp"
+
 namespace fransac {
 namespace {
 
@@ -15,7 +18,6 @@ using Matrix3 = Eigen::Matrix3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
 /// A plane with an orientation of its own: not the canonical sign, which changes when the camera goes through it.
@@ -466,16 +468,9 @@ void Tracker::Impl::follow_objects(const Obstacles& obstacles, const Eigen::Isom
 }
 
 Status validate(const TrackOptions& options) {
-  Status status;
-  for_each_track_option(options, [&](const OptionInfo& info, auto value) {
-    const auto number = static_cast<double>(value);
-    const bool low = info.open_min ? number <= info.min : number < info.min;
-    const bool high = info.open_max ? number >= info.max : number > info.max;
-    if (status && (std::isnan(number) || low || high)) {
-      status = Error{ErrorCode::invalid_argument, std::string(info.name) + " is out of range"};
-    }
-  });
-  return status;
+  RangeCheck check;
+  for_each_track_option(options, check);
+  return check.status;
 }
 
 namespace {

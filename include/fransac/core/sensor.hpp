@@ -79,6 +79,10 @@ void for_each_parameter(Options& o, Visitor&& visit) {
 /// Checks every range, and that no number is given that means nothing to the kind. The message names the parameter.
 Status validate(const SensorOptions& options);
 
+/// Of a Kinect v1, sigma_z = kKinectNoise_per_m z^2: Khoshelham & Elberink, "Accuracy and resolution of Kinect depth data for
+/// indoor mapping applications", Sensors 12(2), 2012.
+inline constexpr double kKinectNoise_per_m = 1.425e-3;
+
 /// One standard deviation of a depth z: sigma_z(z)^2 = constant^2 + (linear z)^2 + (quadratic z^2)^2.
 struct DepthNoise {
   double constant_m = 0.0;

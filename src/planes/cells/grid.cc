@@ -117,14 +117,13 @@ double second_difference(const Grid& grid, const AlignedVector<float>& values, A
   return kToSigma * static_cast<double>(quantile(sample, kC.noise_quantile));
 }
 
-constexpr double kKinectSigma = 1.425e-3;            // per metre, Khoshelham & Elberink 2012
-constexpr double kLeastSigma = 1e-3 * kKinectSigma;  // floats of rendered depth
+constexpr double kLeastSigma = 1e-3 * kKinectNoise_per_m;  // floats of rendered depth
 
 /// Sets the shape of the noise over depth that the sensor is known for, 1 on average; returns what 1 stands for, per metre.
 double set_shape(const SensorModel& sensor, Grid& grid) {
   if (sensor.kind == SensorKind::automatic) {
     std::fill(grid.shape.begin(), grid.shape.end(), 1.0F);
-    return kKinectSigma;
+    return kKinectNoise_per_m;
   }
   double sum = 0.0;
   double cells = 0.0;
@@ -165,7 +164,7 @@ Noise estimate_noise(const SensorModel& sensor, double unit, GridBuffers& buffer
   noise.shown = std::min(std::max(mean, slope), 3.0 * unit);
   noise.cell = std::max(noise.shown, kShared * noise.pixel);
   noise.slow = kC.slow_noise * noise.cell;
-  noise.bias_scale = known ? sensor.bias_m / kC.bias_m : std::clamp(noise.cell / kKinectSigma, kC.least_bias_scale, 1.0);
+  noise.bias_scale = known ? sensor.bias_m / kC.bias_m : std::clamp(noise.cell / kKinectNoise_per_m, kC.least_bias_scale, 1.0);
   return noise;
 }
 

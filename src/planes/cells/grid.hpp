@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/index.hpp"
 #include "filter/depth_rows.hpp"
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/camera.hpp"
@@ -17,9 +18,6 @@
 #include "planes/cells/image_rows.hpp"
 
 namespace fransac::cells {
-
-/// An index of any kind, for arrays.
-inline std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// q = du * u + dv * v + base, per metre; u and v count pixels from the image's centre.
 struct InversePlane {
@@ -64,19 +62,6 @@ struct Moments {
     uq += o.uq;
     vq += o.vq;
     qq += o.qq;
-    return *this;
-  }
-  Moments& operator-=(const Moments& o) {
-    n -= o.n;
-    u -= o.u;
-    v -= o.v;
-    q -= o.q;
-    uu -= o.uu;
-    uv -= o.uv;
-    vv -= o.vv;
-    uq -= o.uq;
-    vq -= o.vq;
-    qq -= o.qq;
     return *this;
   }
 };

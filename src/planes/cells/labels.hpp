@@ -23,6 +23,12 @@ struct PixelEvidence {
   PixelEvidence& operator+=(const PixelEvidence& other);
 };
 
+/// Which cells have the same owner as all their eight neighbours.
+struct UniformBuffers {
+  AlignedVector<std::uint8_t> row;  ///< Left and right.
+  AlignedVector<std::uint8_t> uniform;
+};
+
 /// Memory of label_pixels.
 struct LabelPixelBuffers {
   AlignedVector<std::int16_t> spread;  ///< Owners after flooding.

@@ -291,23 +291,6 @@ void release_cells(Regions& regions) {
   }
 }
 
-void find_uniform(const Grid& grid, const AlignedVector<std::int16_t>& owner, UniformBuffers& buffers) {
-  buffers.row.resize(grid.size());
-  buffers.uniform.resize(grid.size());
-  const auto stride = at(grid.stride);
-  const std::int16_t* const __restrict o = owner.data();
-  std::uint8_t* const __restrict row = buffers.row.data();
-  const std::size_t size = grid.size();
-  for (std::size_t i = 1; i < size - 1; ++i) {
-    row[i] = static_cast<std::uint8_t>(static_cast<int>(o[i - 1] == o[i]) & static_cast<int>(o[i] == o[i + 1]));
-  }
-  std::uint8_t* const __restrict uniform = buffers.uniform.data();
-  for (std::size_t i = stride + 1; i < size - stride - 1; ++i) {
-    uniform[i] = static_cast<std::uint8_t>(row[i - stride] & row[i] & row[i + stride] & static_cast<int>(o[i - stride] == o[i]) &
-                                           static_cast<int>(o[i] == o[i + stride]));
-  }
-}
-
 void grow_regions(const Grid& grid, const Camera& camera, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
                   Regions& regions) {
   Grower grower(grid, camera, buffers, regions);

@@ -53,11 +53,4 @@ struct ExpectedPlane {
 void grow_regions(const Grid& grid, const Camera& camera, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
                   Regions& regions);
 
-/// Which cells have the same owner as all their eight neighbours.
-struct UniformBuffers {
-  AlignedVector<std::uint8_t> row;  ///< Left and right.
-  AlignedVector<std::uint8_t> uniform;
-};
-void find_uniform(const Grid& grid, const AlignedVector<std::int16_t>& owner, UniformBuffers& buffers);
-
 }  // namespace fransac::cells
