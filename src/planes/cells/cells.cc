@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <tuple>
 
 #include "filter/depth_rows.hpp"
 #include "fransac/planes/orientation.hpp"
@@ -60,11 +61,21 @@ double rough_area(const Region& region, const Plane& plane, const Camera& camera
   return region.moments.n * z * z * z / (camera.fx * camera.fy * std::max(std::abs(plane.d), 1e-3));
 }
 
+/// The order of planes: most square metres or most pixels first. By area, planes whose depth is known worse than to `sure_m` come
+/// after the others: so far away a few pixels span metres, and would leave what is near and certain behind a strip of a far wall.
+void sort_planes(PlaneOrder order, const DepthNoise& noise, std::vector<PlaneSegment>& planes) {
+  const bool by_area = order == PlaneOrder::area;
+  const auto rank = [&](const PlaneSegment& s) {
+    const bool last = by_area && noise.sigma_m(s.centroid.z()) > kC.sure_m;
+    return std::tuple(last, by_area ? -s.area_m2 : -static_cast<double>(s.inliers), s.id);
+  };
+  std::sort(planes.begin(), planes.end(), [&](const PlaneSegment& a, const PlaneSegment& b) { return rank(a) < rank(b); });
+}
+
 /// Makes a plane of every region that can be one, numbered as they will probably be ordered, so that labels seldom change.
 void number_regions(const Grid& grid, const Camera& camera, const SegmentOptions& options, Buffers& b, Segmentation& result) {
   b.labels.assign(b.regions.list.size(), 0);
   b.ranked.clear();
-  const bool by_area = *options.order == PlaneOrder::area;
   for (std::size_t g = 0; g < b.regions.list.size(); ++g) {
     const Region& region = b.regions.list[g];
     if (!region.alive || !(region.fit.q > 0.0)) continue;
@@ -75,11 +86,11 @@ void number_regions(const Grid& grid, const Camera& camera, const SegmentOptions
     segment.plane = plane->plane;
     segment.covariance = plane->covariance;
     segment.support = static_cast<std::uint64_t>(region.moments.n);
-    segment.area_m2 = by_area ? rough_area(region, plane->plane, camera) : region.moments.n;
+    segment.inliers = segment.support;
+    segment.area_m2 = rough_area(region, plane->plane, camera);
+    segment.centroid.z() = 1.0 / region.fit.q;
   }
-  std::sort(result.planes.begin(), result.planes.end(), [](const PlaneSegment& x, const PlaneSegment& y) {
-    return x.area_m2 > y.area_m2 || (x.area_m2 == y.area_m2 && x.id < y.id);
-  });
+  sort_planes(*options.order, result.noise, result.planes);
   if (result.planes.size() > static_cast<std::size_t>(kMaxPlanes)) result.planes.resize(static_cast<std::size_t>(kMaxPlanes));
   for (PlaneSegment& segment : result.planes) {
     b.ranked.push_back(static_cast<std::int16_t>(segment.id));
@@ -107,11 +118,7 @@ void arrange(const SegmentOptions& options, Segmentation& result) {
   std::erase_if(result.planes, [&](const PlaneSegment& s) {
     return static_cast<double>(s.inliers) < least || s.area_m2 < options.cells.min_area_m2;
   });
-  const bool by_area = *options.order == PlaneOrder::area;
-  const auto size = [&](const PlaneSegment& s) { return by_area ? s.area_m2 : static_cast<double>(s.inliers); };
-  std::sort(result.planes.begin(), result.planes.end(), [&](const PlaneSegment& x, const PlaneSegment& y) {
-    return size(x) > size(y) || (size(x) == size(y) && x.id < y.id);
-  });
+  sort_planes(*options.order, result.noise, result.planes);
   const auto most = static_cast<std::size_t>(*options.max_planes == 0 ? kMaxPlanes : *options.max_planes);
   if (result.planes.size() > most) result.planes.resize(most);
   renumber(numbered, result);
@@ -194,6 +201,7 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   }
   if (Status status = require_points(result.valid_points, kMeasured); !status) return status;
   if (Status status = require_points(result.sampled_points, kWithinLimits); !status) return status;
+  result.noise = noise_of(sensor, b.grid.noise);
   clock.end(Stage::cells);
   expect(camera, b);
   grow_regions(b.grid, camera, b.expected, b.region_buffers, b.regions);
@@ -206,7 +214,6 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   measure_planes(b, result);
   arrange(options, result);
   if (limits != nullptr) mark_excluded(rows, b.image.work.front(), result);
-  result.noise = noise_of(sensor, b.grid.noise);
   find_directions(options.cells, result);
   if (options.cells.residuals) measure_residuals(depth, camera, result);
   clock.end(Stage::labels);

@@ -25,8 +25,8 @@ namespace fransac::cells {
   X(bias_m, 0.010) X(least_bias_scale, 0.05)                                                                                    \
   /* What people call flat. */                                                                                                  \
   X(flat_m, 0.003) X(flat_in_cell_m, 0.001)                                                                                     \
-  /* Usable cells: residual within noise, depth known to 5 cm. */                                                               \
-  X(usable_k, 2.0) X(usable_m, 0.002) X(most_sigma_m, 0.05)                                                                     \
+  /* Usable cells: residual within noise, depth known to 20 cm. */                                                              \
+  X(usable_k, 2.0) X(usable_m, 0.002) X(most_sigma_m, 0.20)                                                                     \
   /* Neighbouring cells are linked without a jump and without a bend. */                                                        \
   X(jump_k, 2.5) X(jump_m, 0.002) X(bend_k, 2.0) X(bend_m, 0.001)                                                               \
   /* Regions: tolerance of a member; how many times further than its cells a plane is trusted. */                               \
@@ -42,6 +42,8 @@ namespace fransac::cells {
   X(near_k, 3.5) X(near_m, 0.002) X(near_smooth_m, 0.012)                                                                       \
   /* Merging across what hides them: residual, prediction, correlation length of slow errors in cells, share seen past. */      \
   X(far_k, 2.5) X(far_m, 0.002) X(far_prediction_k, 8.0) X(slow_cells, 36) X(seen_past, 0.2)                                    \
+  /* By area: what is known to 5 cm comes before what is not. */                                                                \
+  X(sure_m, 0.05)                                                                                                               \
   /* Pixels. */                                                                                                                 \
   X(pixel_k, 2.2) X(pixel_m, 0.008) X(flood_share, 0.5) X(flood_k, 1.5)
 // clang-format on
