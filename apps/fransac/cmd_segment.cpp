@@ -15,6 +15,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "commands.hpp"
@@ -165,13 +166,13 @@ void check_names(const SegmentCommand& command, const Input& input) {
   }
 }
 
-/// Images of labels need rows and columns, outlines and obstacles a camera.
+/// Images of labels need rows and columns; outlines and maps need a camera, whose rays say what is free.
 void check_organised(const SegmentCommand& command, const Content& content) {
   const auto* cloud = std::get_if<PointCloud>(&content);
   if (cloud != nullptr && command.outlines) throw UsageError("--outlines needs a depth image");
-  if (cloud != nullptr && command.obstacles.asked) throw UsageError("--obstacles needs a depth image");
+  if (cloud != nullptr && command.grid.asked()) throw UsageError("--grid needs a depth image");
   if (cloud == nullptr || (cloud->organised() && cloud->width <= kMaxImageSide && cloud->height <= kMaxImageSide)) return;
-  for (const Output* output : {&command.labels, &command.overlay}) {
+  for (const Output* output : {&command.labels, &command.overlay, &command.obstacle_labels}) {
     if (output->asked()) throw UsageError(fmt::format("{} needs an organised cloud; use --cloud", output->option));
   }
 }
@@ -185,32 +186,45 @@ std::vector<float> distances(const PointCloud& cloud) {
   return metres;
 }
 
+io::ColourImage picture_of(const SegmentCommand& command, const DepthView& view, const Found& found,
+                           const io::ColourImage* background) {
+  if (command.obstacles.asked) return obstacle_overlay(view, found.segmentation, found.obstacles, background);
+  return io::overlay(view, found.segmentation.labels, background);
+}
+
 io::ColourImage overlay_of(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
                            const Found& found) {
-  const Segmentation& segmentation = found.segmentation;
   if (const auto* cloud = std::get_if<PointCloud>(&content)) {
     const std::vector<float> metres = distances(*cloud);
-    const DepthView view = DepthView::from_float(metres.data(), cloud->width, cloud->height);
-    return io::overlay(view, segmentation.labels, nullptr);
+    return picture_of(command, DepthView::from_float(metres.data(), cloud->width, cloud->height), found, nullptr);
   }
   std::optional<io::ColourImage> colour;
   if (input.frames[i].colour) colour = unwrap(io::read_colour_image(*input.frames[i].colour));
-  const io::ColourImage* const background = colour ? &*colour : nullptr;
-  const DepthView view = std::get<io::Frame>(content).view();
-  if (command.obstacles.asked) return obstacle_overlay(view, segmentation, found.obstacles, background);
-  return io::overlay(view, segmentation.labels, background);
+  return picture_of(command, std::get<io::Frame>(content).view(), found, colour ? &*colour : nullptr);
 }
 
-void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const Content& content,
-                 [[maybe_unused]] const Segmentation& segmentation) {
 #ifdef FRANSAC_HAS_CLOUD_IO
-  if (const auto* cloud = std::get_if<PointCloud>(&content)) return check(io::write_cloud(file, *cloud, segmentation.labels));
+/// The labels of a cloud's points from those of the pixels that they were; none stay none.
+template <class Label>
+std::vector<Label> labels_of_points(const PointCloud& cloud, const std::vector<Label>& of_pixels) {
+  std::vector<Label> labels(of_pixels.empty() ? 0 : cloud.size());
+  for (std::size_t p = 0; p < labels.size(); ++p) labels[p] = of_pixels[cloud.source_of(p)];
+  return labels;
+}
+#endif
+
+void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const Content& content,
+                 [[maybe_unused]] const Found& found) {
+#ifdef FRANSAC_HAS_CLOUD_IO
+  const auto& labels = found.segmentation.labels;
+  const auto& ids = found.obstacles.labels;
+  if (const auto* cloud = std::get_if<PointCloud>(&content)) {
+    return check(io::write_cloud(file, *cloud, labels, io::CloudEncoding::binary, ids));
+  }
   const auto& frame = std::get<io::Frame>(content);
   PointCloud cloud;
   deproject(frame.view(), frame.camera, cloud);
-  std::vector<std::uint8_t> labels(cloud.size());
-  for (std::size_t p = 0; p < labels.size(); ++p) labels[p] = segmentation.labels[cloud.source_of(p)];
-  check(io::write_cloud(file, cloud, labels));
+  check(io::write_cloud(file, cloud, labels_of_points(cloud, labels), io::CloudEncoding::binary, labels_of_points(cloud, ids)));
 #endif
 }
 
@@ -389,7 +403,7 @@ void write_outputs(const SegmentCommand& command, const Input& input, std::size_
   if (command.labels.asked()) check(io::write_file(file(command.labels), encoded.labels));
   if (command.obstacle_labels.asked()) check(io::write_file(file(command.obstacle_labels), encoded.obstacle_labels));
   if (command.overlay.asked()) check(io::write_file(file(command.overlay), encoded.overlay));
-  if (command.cloud.asked()) write_cloud(file(command.cloud), content, found.segmentation);
+  if (command.cloud.asked()) write_cloud(file(command.cloud), content, found);
   if (command.grid.asked()) {
     const fs::path base = command.grid.base;
     if (input.is_folder_of_frames()) written.make_folder(base);
@@ -405,7 +419,7 @@ struct SegmentRun {
   const SegmentCommand& command;
   const Input& input;
   Table table = plane_table(input);
-  Table obstacles_table = obstacle_table(input.is_folder_of_frames());
+  Table obstacles_table = obstacle_table(input.is_folder_of_frames(), input.is_cloud());
   Progress progress = Progress(input.size());
   Workspace workspace{};
   ObstacleWorkspace obstacle_workspace{};
@@ -426,11 +440,23 @@ struct SegmentRun {
   }
 
   void find(std::size_t i, const Content& content) {
-    const auto& frame = std::get<io::Frame>(content);
-    const AxisLimits* const limits = limits_of(command.options, found.segmentation.method, true);
-    const Status status = find_obstacles(frame.view(), frame.camera, found.segmentation, command.obstacles.options, limits,
-                                         obstacle_workspace, found.obstacles);
+    const auto* const cloud = std::get_if<PointCloud>(&content);
+    const Status status = cloud != nullptr ? find_in(*cloud) : find_in(std::get<io::Frame>(content));
     if (!status) throw Failure(fmt::format("{}: {}", input.name_of(i), status.error().message));
+  }
+
+  Status find_in(const io::Frame& frame) {
+    const AxisLimits* const limits = limits_of(command.options, found.segmentation.method, true);
+    return find_obstacles(frame.view(), frame.camera, found.segmentation, command.obstacles.options, limits, obstacle_workspace,
+                          found.obstacles);
+  }
+
+  Status find_in(const PointCloud& cloud) {
+    const AxisLimits* const limits = limits_of(command.options, found.segmentation.method, false);
+    Result<Obstacles> obstacles = find_obstacles(cloud, found.segmentation, command.obstacles.options, limits);
+    if (!obstacles) return obstacles.error();
+    found.obstacles = std::move(*obstacles);
+    return {};
   }
 
   void add_rows(std::size_t i) {
@@ -494,11 +520,15 @@ Command add_segment(CLI::App& parent) {
       "the planes', drops' and free space's outlines in --json: polygons with holes, in pixels and on the plane in metres "
       "(depth images)");
   add_output(*app, "--overlay", command->overlay.path, "picture of the planes, or of the obstacles: PNG", "FILE");
-  add_output(*app, "--cloud", command->cloud.path, "coloured points with labels: .pcd or .ply", "FILE");
+  add_output(*app, "--cloud", command->cloud.path,
+             "coloured points with labels, and with --obstacles their numbers: .pcd or .ply", "FILE");
   add_segment_options(*app, command->options);
-  add_obstacle_options(*app, command->obstacles, "find what stands on, hangs above or falls away from a plane (depth images)");
+  add_obstacle_options(*app, command->obstacles,
+                       "find what stands on or hangs above a plane, in depth images also what falls away from it");
   add_output(*app, "--obstacle-labels", command->obstacle_labels.path,
-             "which obstacle each pixel is on: 16-bit PNG, 0 none, else the number in table and --json", "FILE");
+             "which obstacle each pixel is on: 16-bit PNG, 0 none, else the number in table and --json (clouds without rows "
+             "and columns: the field obstacle of --cloud)",
+             "FILE");
   app->get_option("--obstacle-labels")->group(kObstacleGroup);
   add_grid_options(*app, command->grid, kObstacleGroup);
   app->footer(

@@ -19,21 +19,31 @@
 namespace fransac::cli {
 namespace {
 
+/// The quantities of planes or objects that are matched at one IoU.
+struct AtIouQuantities {
+  Quantity f1;
+  Quantity precision;
+  Quantity recall;
+};
+
+void score_matches(Scores& scores, const eval::InstanceMetrics::AtIou& at, const AtIouQuantities& quantities) {
+  scores[quantities.f1] = at.f1;
+  scores[quantities.precision] = at.precision;
+  scores[quantities.recall] = at.recall;
+}
+
 void score_instances(Scores& scores, const eval::InstanceMetrics& metrics) {
-  scores[Quantity::instance_f1_50] = metrics.at50.f1;
-  scores[Quantity::instance_precision_50] = metrics.at50.precision;
-  scores[Quantity::instance_recall_50] = metrics.at50.recall;
-  scores[Quantity::mean_iou_50] = metrics.at50.mean_iou;
-  scores[Quantity::instance_f1_75] = metrics.at75.f1;
-  scores[Quantity::instance_precision_75] = metrics.at75.precision;
-  scores[Quantity::instance_recall_75] = metrics.at75.recall;
-  scores[Quantity::mean_iou_75] = metrics.at75.mean_iou;
-  scores[Quantity::weighted_iou] = metrics.weighted_iou;
-  scores[Quantity::plane_pixel_f1] = metrics.plane_pixel_f1;
-  scores[Quantity::under_segmentation] = metrics.under_segmentation;
-  scores[Quantity::over_segmentation] = metrics.over_segmentation;
-  scores[Quantity::missed] = metrics.missed;
-  scores[Quantity::noise] = metrics.noise;
+  using enum Quantity;
+  score_matches(scores, metrics.at50, {instance_f1_50, instance_precision_50, instance_recall_50});
+  score_matches(scores, metrics.at75, {instance_f1_75, instance_precision_75, instance_recall_75});
+  scores[mean_iou_50] = metrics.at50.mean_iou;
+  scores[mean_iou_75] = metrics.at75.mean_iou;
+  scores[weighted_iou] = metrics.weighted_iou;
+  scores[plane_pixel_f1] = metrics.plane_pixel_f1;
+  scores[under_segmentation] = metrics.under_segmentation;
+  scores[over_segmentation] = metrics.over_segmentation;
+  scores[missed] = metrics.missed;
+  scores[noise] = metrics.noise;
 }
 
 /// Error of the predicted plane that overlaps the dominant one most, where the truth has its coefficients.
@@ -86,21 +96,18 @@ std::vector<std::uint16_t> objects_of(const Obstacles& found) {
 
 void score_objects(Scores& scores, const io::Frame& frame, const Obstacles& found) {
   const auto metrics = unwrap(eval::object_metrics(frame.objects->pixels, objects_of(found), frame.depth.pixels));
-  scores[Quantity::objects_true] = metrics.true_objects;
-  scores[Quantity::objects_predicted] = metrics.predicted_objects;
-  scores[Quantity::objects_false] = metrics.false_objects;
+  using enum Quantity;
+  scores[objects_true] = metrics.true_objects;
+  scores[objects_predicted] = metrics.predicted_objects;
+  scores[objects_false] = metrics.false_objects;
   if (metrics.true_objects == 0) return;  // nothing that could be found
-  scores[Quantity::objects_f1_50] = metrics.at50.f1;
-  scores[Quantity::objects_precision_50] = metrics.at50.precision;
-  scores[Quantity::objects_recall_50] = metrics.at50.recall;
-  scores[Quantity::objects_f1_75] = metrics.at75.f1;
-  scores[Quantity::objects_precision_75] = metrics.at75.precision;
-  scores[Quantity::objects_recall_75] = metrics.at75.recall;
-  scores[Quantity::objects_over] = metrics.over_segmentation;
-  scores[Quantity::objects_under] = metrics.under_segmentation;
+  score_matches(scores, metrics.at50, {objects_f1_50, objects_precision_50, objects_recall_50});
+  score_matches(scores, metrics.at75, {objects_f1_75, objects_precision_75, objects_recall_75});
+  scores[objects_over] = metrics.over_segmentation;
+  scores[objects_under] = metrics.under_segmentation;
   double sum = 0.0;
   for (const auto& object : metrics.objects) sum += object.iou;
-  scores[Quantity::objects_mean_iou] = sum / metrics.true_objects;
+  scores[objects_mean_iou] = sum / metrics.true_objects;
 }
 
 void set_fps(Scores& scores) {

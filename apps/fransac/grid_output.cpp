@@ -12,7 +12,7 @@ namespace fransac::cli {
 void add_grid_options(CLI::App& app, GridRequest& request, const std::string& group) {
   CLI::Option* const grid =
       app.add_option("--grid", request.options.resolution_m,
-                     "make a map of free and occupied squares of this side, within 10 m of the camera's foot")
+                     "make a map of free and occupied squares of this side, within 10 m of the camera's foot (depth images)")
           ->type_name("M")
           ->group(group);
   add_output(app, "--grid-out", request.base, "where to: BASE.pgm and BASE.yaml, as ROS's map_server reads them", "BASE");

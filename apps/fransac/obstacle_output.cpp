@@ -25,9 +25,11 @@ nlohmann::ordered_json ground_to_json(const GroundFrame& ground) {
 
 }  // namespace
 
-Table obstacle_table(bool frames) {
-  std::vector<std::string> headings{"obstacle",   "<kind",     "pixels",  "nearest [m]", "ahead [m]", "left [m]",
-                                    "length [m]", "width [m]", "low [m]", "high [m]",    "<contact",  "<planes"};
+Table obstacle_table(bool frames, bool cloud) {
+  std::vector<std::string> headings{"obstacle",    "<kind",     cloud ? "points" : "pixels",
+                                    "nearest [m]", "ahead [m]", "left [m]",
+                                    "length [m]",  "width [m]", "low [m]",
+                                    "high [m]",    "<contact",  "<planes"};
   if (frames) headings.insert(headings.begin(), "<frame");
   return Table(std::move(headings));
 }

@@ -17,8 +17,8 @@
 
 namespace fransac::cli {
 
-/// With a column of frames' names or without.
-Table obstacle_table(bool frames);
+/// With a column of frames' names or without; of an image's pixels or a cloud's points.
+Table obstacle_table(bool frames, bool cloud = false);
 /// A row per obstacle; `frame` where the table has frames.
 void add_obstacles(Table& table, const std::optional<std::string>& frame, const Obstacles& found);
 

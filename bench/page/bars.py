@@ -229,9 +229,27 @@ def cells_accuracy_bar(results: Results) -> Iterator[Claim]:
         yield Claim(f"`cells`: {what}", dataset, "≥", limit, of(values) if values else None, unit="")
 
 
+def obstacles_bar(results: Results) -> Iterator[Claim]:
+    """Planes and what is on top of them, where objects touch and are stacked; the rival that finds objects best counts."""
+    found = results.summaries(suite="objects", dataset="mosd", threads=1)
+    f1 = {peer: mean(values) for peer, summary in found.items() if (values := scores(summary.rows, "object_f1_50"))}
+    own = f1.pop("obstacles", None)
+    rival = max(f1, key=lambda peer: f1[peer], default=None)
+    lead = own - f1[rival] if own is not None and rival else None
+    yield Claim("`obstacles`: object F1 at IoU 0.5", "mosd", "≥", 0.90, own, unit="")
+    yield Claim(f"`obstacles`: the same, above {f'`{rival}`' if rival else 'the best rival'}", "mosd", "≥", 0.05, lead, unit="")
+    time = found["obstacles"].time if "obstacles" in found else None
+    quotient = ratio(found["obstacles"].rows, found["floor-deproject"].rows) if time and "floor-deproject" in found else None
+    yield either(
+        Claim("`cells` and `obstacles`, median frame", "mosd", "≤", 0.7, time.median if time else None, unit=" ms"),
+        Claim("`cells` and `obstacles` / plain deprojection loop, median frame", "mosd", "≤", 14.0, quotient),
+    )
+
+
 BARS: tuple[Callable[[Results], Iterator[Claim]], ...] = (
     cells_time_bar,
     cells_accuracy_bar,
+    obstacles_bar,
     floor_bar,
     fransac_bar,
     voxel_grid_bar,

@@ -12,7 +12,7 @@ from collections.abc import Callable, Container, Iterable, Sequence
 
 import accuracy
 import bars
-from results import FEW_SCENES, Results, Row, Summary, mean, ratio, scores, summarise
+from results import FEW_SCENES, OBJECT_SCORES, Results, Row, Summary, mean, ratio, scores, summarise
 
 NOT_MEASURED = "*Not measured in this run.*"
 BLOCK = re.compile(r"(<!-- block: (?P<name>[^>]+?) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -168,6 +168,35 @@ def all_planes(results: Results) -> str:
     return "\n\n".join(parts) or NOT_MEASURED
 
 
+def objects(results: Results) -> str:
+    """Those that find objects, by dataset."""
+    parts = []
+    for dataset in (name for name in results.datasets("objects") if name):
+        found = results.summaries(suite="objects", dataset=dataset, threads=1)
+        floor = results.select(suite="objects", peer="floor-deproject", dataset=dataset)
+        lines = []
+        for peer, summary in found.items():
+            if summary.first.library == "floor":
+                continue
+            means = [scores(summary.rows, figure) for figure in OBJECT_SCORES[:-1]]
+            false = scores(summary.rows, OBJECT_SCORES[-1])
+            lines.append(
+                [
+                    f"**{peer}**" if summary.first.library == "fransac" else peer,
+                    _build(summary),
+                    _frames(summary),
+                    ms(summary.time.median if summary.time else None),
+                    significant(ratio(summary.rows, floor)),
+                    *(number(mean(values) if values else None) for values in means),
+                    number(sum(false) if false else None, 0),
+                ]
+            )
+        head = ("", "build", "frames", "median", "× floor", "F1 at 0.5", "at 0.75", "over", "under", "false objects")
+        text = [f"**{dataset}**, milliseconds", "", table(head, lines, left=2), "", *_notes(results, "objects", found)]
+        parts.append("\n".join(text).rstrip())
+    return "\n\n".join(parts) or NOT_MEASURED
+
+
 def _build(summary: Summary) -> str:
     return {"project": "ours", "floor": "floor"}.get(summary.first.build, summary.first.build)
 
@@ -211,9 +240,14 @@ def _listed(notes: list[str]) -> str:
     return "; ".join(notes[:2]) + (f"; and {len(notes) - 2} more like these" if len(notes) > 2 else "")
 
 
+def _notes(results: Results, suite: str, found: dict[str, Summary]) -> list[str]:
+    """Why some of `found`, or those who were not built, were not timed."""
+    missing = {peer: summary for peer, summary in results.summaries(suite=suite, dataset="").items() if peer not in found}
+    return [f"- {peer}: {_listed(summary.notes)}." for peer, summary in (found | missing).items() if summary.notes]
+
+
 def _everybody(results: Results, suite: str, dataset: str) -> str:
     found = results.summaries(suite=suite, dataset=dataset, threads=1)
-    missing = {peer: summary for peer, summary in results.summaries(suite=suite, dataset="").items() if peer not in found}
     has_truth = any(summary.f1 is not None for summary in found.values())
     floor = _floor(results, dataset)
     lines = []
@@ -234,8 +268,7 @@ def _everybody(results: Results, suite: str, dataset: str) -> str:
         lines.append(cells)
     head = ["", "build", "frames", "runs", "min", "median", "p99", "fps", "× floor", "same method"]
     text = table(head + (["precision", "recall", "F1", "best F1"] if has_truth else []), lines, left=2)
-    notes = [f"- {peer}: {_listed(summary.notes)}." for peer, summary in (found | missing).items() if summary.notes]
-    return "\n".join([text, "", *notes]).rstrip()
+    return "\n".join([text, "", *_notes(results, suite, found)]).rstrip()
 
 
 def _per_dataset(suite: str) -> Callable[[Results], str]:
@@ -462,6 +495,7 @@ BLOCKS: dict[str, Callable[[Results], str]] = {
     "claims": claims,
     "readme": readme,
     "all planes": all_planes,
+    "objects": objects,
     "segment": _per_dataset("segment"),
     "same method": same_method,
     "voxel grid": _per_dataset("voxel_grid"),

@@ -81,6 +81,12 @@ class Row:
     instance_f1_75: float | None = None
     weighted_iou: float | None = None
     plane_pixel_f1: float | None = None
+    # Of frames whose objects are known, of those who find objects; where there is none, the last alone.
+    object_f1_50: float | None = None
+    object_f1_75: float | None = None
+    over_segmentation: float | None = None
+    under_segmentation: float | None = None
+    false_objects: int | None = None
 
     @property
     def frame(self) -> tuple[str, str, int, int, int]:
@@ -184,7 +190,8 @@ class Results:
 
 
 FIELDS = [field.name for field in dataclasses.fields(Row)]
-SCORES = ("matched_f1", "instance_f1_50", "instance_f1_75", "weighted_iou", "plane_pixel_f1")
+OBJECT_SCORES = ("object_f1_50", "object_f1_75", "over_segmentation", "under_segmentation", "false_objects")
+SCORES = ("matched_f1", "instance_f1_50", "instance_f1_75", "weighted_iou", "plane_pixel_f1", *OBJECT_SCORES)
 
 
 def _row(raw: dict[str, Any]) -> Row:

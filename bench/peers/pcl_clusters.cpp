@@ -8,7 +8,6 @@
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/extract_clusters.h>
-#include <pcl/segmentation/sac_segmentation.h>
 
 #include <algorithm>
 
@@ -24,12 +23,7 @@ constexpr float kThinning_m = 0.01F;
 class PclClusters final : public Peer {
  public:
   explicit PclClusters(bool thin) : thin_(thin) {
-    ransac_.setModelType(pcl::SACMODEL_PLANE);
-    ransac_.setMethodType(pcl::SAC_RANSAC);
-    ransac_.setDistanceThreshold(kThreshold_m);
-    ransac_.setProbability(kProbability);
-    ransac_.setMaxIterations(kMaxIterations);
-    ransac_.setOptimizeCoefficients(true);
+    prepare(ransac_);
     clusters_.setClusterTolerance(kTolerance_m);
     clusters_.setMinClusterSize(kFewest);
     clusters_.setSearchMethod(tree_);

@@ -9,7 +9,6 @@
 #include <pcl/pcl_config.h>
 #include <pcl/sample_consensus/rransac.h>
 #include <pcl/sample_consensus/sac_model_plane.h>
-#include <pcl/segmentation/sac_segmentation.h>
 
 #include <limits>
 
@@ -24,12 +23,7 @@ enum class Pipeline { ransac, rransac, voxel_ransac, fransac };
 class PclSac final : public Peer {
  public:
   explicit PclSac(Pipeline pipeline) : pipeline_(pipeline) {
-    ransac_.setModelType(pcl::SACMODEL_PLANE);
-    ransac_.setMethodType(pcl::SAC_RANSAC);
-    ransac_.setDistanceThreshold(kThreshold_m);
-    ransac_.setProbability(kProbability);
-    ransac_.setMaxIterations(kMaxIterations);
-    ransac_.setOptimizeCoefficients(true);
+    prepare(ransac_);
     pass_through_.setFilterFieldName("z");
     pass_through_.setFilterLimits(static_cast<float>(kNearest_m), static_cast<float>(kFarthest_m));
     constexpr auto kLeaf = static_cast<float>(kLeafSize_m);

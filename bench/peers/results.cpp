@@ -25,6 +25,9 @@ std::string kernel() {
 /// Ten nanoseconds are as fine as a clock is.
 double rounded(double ms) { return std::round(ms * 1e5) / 1e5; }
 
+/// Where there is nothing that could be found, only false objects count.
+bool has_true_objects(const Row& row) { return row.objects && row.objects->true_objects > 0; }
+
 nlohmann::ordered_json to_json(const Row& row) {
   nlohmann::ordered_json json;
   json["suite"] = row.suite;
@@ -61,11 +64,13 @@ nlohmann::ordered_json to_json(const Row& row) {
   if (row.objects) {
     json["true_objects"] = row.objects->true_objects;
     json["predicted_objects"] = row.objects->predicted_objects;
+    json["false_objects"] = row.objects->false_objects;
+  }
+  if (has_true_objects(row)) {
     json["object_f1_50"] = row.objects->at50.f1;
     json["object_f1_75"] = row.objects->at75.f1;
     json["over_segmentation"] = row.objects->over_segmentation;
     json["under_segmentation"] = row.objects->under_segmentation;
-    json["false_objects"] = row.objects->false_objects;
   }
   if (row.leaves > 0) json["leaves"] = row.leaves;
   if (!row.note.empty()) json["note"] = row.note;
@@ -148,9 +153,10 @@ std::string objects_text(std::span<const Row> rows, std::span<const Line> lines)
     for (const Row& row : rows) {
       if (!row.objects || row.entry != line.first->entry || row.dataset != line.first->dataset) continue;
       const eval::ObjectMetrics& m = *row.objects;
+      false_objects += m.false_objects;
+      if (!has_true_objects(row)) continue;
       const double values[4] = {m.at50.f1, m.at75.f1, m.over_segmentation, m.under_segmentation};
       for (std::size_t i = 0; i < 4; ++i) sums[i] += values[i];
-      false_objects += m.false_objects;
       ++frames;
     }
     if (frames == 0) continue;

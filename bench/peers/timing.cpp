@@ -68,13 +68,16 @@ void draw(const Scene& scene, const Row& row, std::span<const std::uint8_t> labe
   cli::check(io::write_png(file, io::overlay(view, labels, nullptr)));
 }
 
+void judge_objects(const Scene& scene, std::span<const std::uint16_t> objects, Row& row) {
+  row.objects = cli::unwrap(eval::object_metrics(scene.objects, objects, std::span(scene.depth)));
+}
+
 void judge(const Scene& scene, const Answer& answer, const TimingOptions& options, Row& row, Runner& runner) {
   row.planes = answer.planes;
   row.inliers = answer.inliers;
   row.leaves = answer.leaves;
   if (answer.objects != nullptr && !scene.objects.empty()) {
-    row.objects =
-        cli::unwrap(eval::object_metrics(scene.objects, std::span(answer.objects, scene.objects.size()), std::span(scene.depth)));
+    judge_objects(scene, std::span(answer.objects, scene.objects.size()), row);
   }
   if (row.entry->task != Task::segment || answer.labels == nullptr) return;
   const std::span labels(answer.labels, scene.frame().size());
@@ -88,6 +91,15 @@ void judge(const Scene& scene, const Answer& answer, const TimingOptions& option
   }
   runner.f1_sum += *row.best_f1;
   ++runner.f1_count;
+}
+
+/// Who finds nothing is as wrong as can be.
+void judge_nothing(const Scene& scene, Row& row, Runner& runner) {
+  if (row.entry->task != Task::objects) {
+    runner.f1_count += scene.truth.empty() ? 0 : 1;
+  } else if (!scene.objects.empty()) {
+    judge_objects(scene, std::vector<std::uint16_t>(scene.objects.size(), 0), row);
+  }
 }
 
 /// The first answer of everybody; a row with a note will not be timed.
@@ -108,7 +120,7 @@ void answer_once(const Scene& scene, const TimingOptions& options, Runner& runne
     judge(scene, answer, options, row, runner);
   } else {
     row.note = "found nothing";
-    if (!scene.truth.empty()) ++runner.f1_count;
+    judge_nothing(scene, row, runner);
   }
   if (timed.ms > limit_ms) row.note = fmt::format("not timed: {:.1f} s a run", timed.ms / 1e3);
 }

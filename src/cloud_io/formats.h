@@ -19,9 +19,13 @@ Result<PointCloud> decode_ply(std::span<const std::byte> bytes, const std::strin
 /// Either, found from the content.
 Result<PointCloud> decode_cloud(std::span<const std::byte> bytes, const std::string& name);
 
-/// `labels` is empty or has one per point; the cloud has points.
-Result<std::string> encode_pcd(const PointCloud& cloud, std::span<const std::uint8_t> labels, CloudEncoding encoding,
-                               const std::string& name);
-std::string encode_ply(const PointCloud& cloud, std::span<const std::uint8_t> labels, CloudEncoding encoding);
+/// What is written: a cloud with points, planes' labels and obstacles' ids, each one per point or none at all.
+struct LabelledCloud {
+  const PointCloud& cloud;
+  std::span<const std::uint8_t> labels;
+  std::span<const std::uint16_t> obstacles;
+};
+Result<std::string> encode_pcd(const LabelledCloud& labelled, CloudEncoding encoding, const std::string& name);
+std::string encode_ply(const LabelledCloud& labelled, CloudEncoding encoding);
 
 }  // namespace fransac::io::cloud_formats

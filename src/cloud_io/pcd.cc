@@ -409,15 +409,17 @@ std::uint32_t packed_colour(std::uint8_t label) {
   return (std::uint32_t{red} << 16) | (std::uint32_t{green} << 8) | std::uint32_t{blue};
 }
 
-/// The cloud as a header: PCL's PointXYZRGBL, but for x, y, z being double where there is an origin.
-Header header_to_write(const PointCloud& cloud, bool labelled) {
+/// The cloud as a header: PCL's PointXYZRGBL, but for x, y, z being double where there is an origin; then the obstacle.
+Header header_to_write(const LabelledCloud& labelled) {
+  const PointCloud& cloud = labelled.cloud;
   Header header;
   const std::uint64_t real = needs_double(cloud) ? sizeof(double) : sizeof(float);
   for (const std::string_view axis : kAxes) header.fields.push_back({.name = axis, .size = real});
-  if (labelled) {
+  if (!labelled.labels.empty()) {
     header.fields.push_back({.name = "rgb"});  // PCL's way: the integer's bits in a float.
     header.fields.push_back({.name = "label", .type = 'U'});
   }
+  if (!labelled.obstacles.empty()) header.fields.push_back({.name = "obstacle", .type = 'U'});
   for (Field& field : header.fields) {
     field.offset = header.point_bytes;
     header.point_bytes += field.size;
@@ -427,21 +429,25 @@ Header header_to_write(const PointCloud& cloud, bool labelled) {
   return header;
 }
 
-void fill(pcl::PCLPointCloud2& blob, const PointCloud& cloud, std::span<const std::uint8_t> labels) {
+void fill(pcl::PCLPointCloud2& blob, const LabelledCloud& labelled) {
+  const auto& [cloud, labels, obstacles] = labelled;
   std::size_t offset = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d point = point_to_write(cloud, i);
     for (const double value : {point.x(), point.y(), point.z()}) {
       needs_double(cloud) ? store(blob.data, offset, value) : store(blob.data, offset, static_cast<float>(value));
     }
-    if (labels.empty()) continue;
-    store(blob.data, offset, packed_colour(labels[i]));
-    store(blob.data, offset, std::uint32_t{labels[i]});
+    if (!labels.empty()) {
+      store(blob.data, offset, packed_colour(labels[i]));
+      store(blob.data, offset, std::uint32_t{labels[i]});
+    }
+    if (!obstacles.empty()) store(blob.data, offset, std::uint32_t{obstacles[i]});
   }
 }
 
 /// PCL's ascii writer prints all numbers with one precision and to named files only; the shortest exact text is ours.
-std::string ascii_body(const PointCloud& cloud, std::span<const std::uint8_t> labels) {
+std::string ascii_body(const LabelledCloud& labelled) {
+  const auto& [cloud, labels, obstacles] = labelled;
   std::string text;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d point = point_to_write(cloud, i);
@@ -450,6 +456,7 @@ std::string ascii_body(const PointCloud& cloud, std::span<const std::uint8_t> la
       needs_double(cloud) ? append_real(text, point[axis]) : append_real(text, static_cast<float>(point[axis]));
     }
     if (!labels.empty()) text += ' ' + std::to_string(packed_colour(labels[i])) + ' ' + std::to_string(labels[i]);
+    if (!obstacles.empty()) text += ' ' + std::to_string(obstacles[i]);
     text += '\n';
   }
   return text;
@@ -464,17 +471,16 @@ Result<PointCloud> decode_pcd(std::span<const std::byte> bytes, const std::strin
   return header->encoding == CloudEncoding::ascii ? decode_ascii(*header, name) : decode_binary(*header, name);
 }
 
-Result<std::string> encode_pcd(const PointCloud& cloud, std::span<const std::uint8_t> labels, CloudEncoding encoding,
-                               const std::string& name) {
+Result<std::string> encode_pcd(const LabelledCloud& labelled, CloudEncoding encoding, const std::string& name) {
   const QuietPcl quiet;
   pcl::PCDWriter writer;
   const Eigen::Vector4f no_translation = Eigen::Vector4f::Zero();
   const Eigen::Quaternionf no_rotation = Eigen::Quaternionf::Identity();
-  pcl::PCLPointCloud2 blob = empty_blob(header_to_write(cloud, !labels.empty()));
+  pcl::PCLPointCloud2 blob = empty_blob(header_to_write(labelled));
   if (encoding == CloudEncoding::ascii) {
-    return writer.generateHeaderASCII(blob, no_translation, no_rotation) + "DATA ascii\n" + ascii_body(cloud, labels);
+    return writer.generateHeaderASCII(blob, no_translation, no_rotation) + "DATA ascii\n" + ascii_body(labelled);
   }
-  fill(blob, cloud, labels);
+  fill(blob, labelled);
   if (encoding == CloudEncoding::binary) {
     std::string text = writer.generateHeaderBinary(blob, no_translation, no_rotation) + "DATA binary\n";
     return text.append(reinterpret_cast<const char*>(blob.data.data()), blob.data.size());

@@ -357,7 +357,8 @@ Result<PointCloud> decode_body(Values values, const Header& header, const std::s
 
 // ---- writing ----
 
-std::string header_to_write(const PointCloud& cloud, bool labelled, CloudEncoding encoding) {
+std::string header_to_write(const LabelledCloud& labelled, CloudEncoding encoding) {
+  const PointCloud& cloud = labelled.cloud;
   constexpr std::string_view kBinary = std::endian::native == std::endian::little ? "binary_little_endian" : "binary_big_endian";
   std::string text = "ply\nformat " + std::string(encoding == CloudEncoding::ascii ? "ascii" : kBinary) + " 1.0\n";
   if (cloud.organised()) {
@@ -369,7 +370,8 @@ std::string header_to_write(const PointCloud& cloud, bool labelled, CloudEncodin
     text += std::string("property ") + (needs_double(cloud) ? "double " : "float ") + axis + "\n";
   }
   // uint because PCL's point types hold the label in 32 bits.
-  if (labelled) text += "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uint label\n";
+  if (!labelled.labels.empty()) text += "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uint label\n";
+  if (!labelled.obstacles.empty()) text += "property uint obstacle\n";
   return text + "end_header\n";
 }
 
@@ -415,8 +417,9 @@ Result<PointCloud> decode_ply(std::span<const std::byte> bytes, const std::strin
   return decode_body(BinaryValues(header->body, is_little != (std::endian::native == std::endian::little)), *header, name);
 }
 
-std::string encode_ply(const PointCloud& cloud, std::span<const std::uint8_t> labels, CloudEncoding encoding) {
-  std::string text = header_to_write(cloud, !labels.empty(), encoding);
+std::string encode_ply(const LabelledCloud& labelled, CloudEncoding encoding) {
+  const auto& [cloud, labels, obstacles] = labelled;
+  std::string text = header_to_write(labelled, encoding);
   VertexWriter write(text, encoding == CloudEncoding::ascii);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d point = point_to_write(cloud, i);
@@ -427,6 +430,7 @@ std::string encode_ply(const PointCloud& cloud, std::span<const std::uint8_t> la
       for (const std::uint8_t channel : point_colour(labels[i])) write(channel);
       write(std::uint32_t{labels[i]});
     }
+    if (!obstacles.empty()) write(std::uint32_t{obstacles[i]});
     write.end();
   }
   return text;

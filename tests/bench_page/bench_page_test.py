@@ -54,6 +54,13 @@ def floor(name, times_ms, **more):
     return raw_row(name, "floor", "floor", "native", times_ms, suite="floor", **more)
 
 
+def finds_objects(peer, time_ms, scene="learn00", **figures):
+    library = {"obstacles": "fransac", "floor-deproject": "floor"}.get(peer, "pcl")
+    build = {"fransac": "project"}.get(library, "native")
+    times_ms = [] if time_ms is None else [time_ms]
+    return raw_row(peer, "objects", library, build, times_ms, suite="objects", dataset="mosd", scene=scene, **figures)
+
+
 def loaded(rows, accuracy_rows=()):
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "results.json"
@@ -137,7 +144,8 @@ class Statistics(unittest.TestCase):
             path = pathlib.Path(folder) / "compact.json"
             results.save(loaded([ours([1.0], matched_f1=0.5)]), path)
             text = json.loads(path.read_text())
-            text["columns"], text["rows"] = text["columns"][:-5], [row[:-5] for row in text["rows"]]
+            older = len(text["columns"]) - len(results.SCORES)
+            text["columns"], text["rows"] = text["columns"][:older], [row[:older] for row in text["rows"]]
             path.write_text(json.dumps(text))
             (row,) = results.load(path).rows
             self.assertEqual((row.peer, row.matched_f1), ("fransac", None))
@@ -231,6 +239,38 @@ class Bars(unittest.TestCase):
         self.assertEqual(found["`cells`: instance F1 at IoU 0.5", "tum"], 0.9)
         self.assertNotIn(("`cells`: F1 of the dominant plane", "mosd"), found)
 
+    def test_objects_are_compared_with_the_rival_that_finds_them_best(self):
+        rows = [
+            finds_objects("obstacles", 0.6, "a", object_f1_50=0.8),
+            finds_objects("obstacles", 0.8, "b", object_f1_50=1.0),
+            finds_objects("obstacles", 0.9, "c", object_f1_50=0.99),
+            finds_objects("obstacles", 0.1, "no objects", false_objects=0),
+            finds_objects("pcl-clusters-native", 90.0, "a", object_f1_50=0.5),
+            finds_objects("pcl-voxel-clusters-native", None, "a", object_f1_50=0.9, note="not timed: 9 s a run"),
+        ]
+        found, lead, time = bars.obstacles_bar(loaded(rows))
+        self.assertEqual((found.limit, found.met), (0.9, True))
+        self.assertAlmostEqual(found.measured, 0.93)
+        self.assertIn("pcl-voxel-clusters-native", lead.what)
+        self.assertAlmostEqual(lead.measured, 0.03)
+        self.assertEqual((lead.limit, lead.verdict), (0.05, "missed by 0.0200"))
+        self.assertEqual((time.measured, time.limit, time.unit, time.met), (0.6, 0.7, " ms", True))
+
+    def test_obstacles_may_meet_the_time_or_the_multiple_of_the_floor_of_the_same_run(self):
+        rows = [
+            finds_objects("obstacles", 1.3, "a"),
+            finds_objects("floor-deproject", 0.1, "a"),
+            floor("floor-deproject", [0.001], dataset="mosd", scene="a"),
+        ]
+        *accuracies, time = bars.obstacles_bar(loaded(rows))
+        self.assertEqual([claim.verdict for claim in accuracies], ["not measured", "not measured"])
+        self.assertEqual((time.unit, time.limit, time.met), ("×", 14.0, True))
+        self.assertAlmostEqual(time.measured, 13.0)
+        *_, time = bars.obstacles_bar(loaded([finds_objects("obstacles", 1.3, "a"), finds_objects("floor-deproject", 0.08, "a")]))
+        self.assertIs(time.met, False)
+        *_, alone = bars.obstacles_bar(loaded(rows[:1]))
+        self.assertEqual((alone.unit, alone.measured, alone.met), (" ms", 1.3, False))
+
     def test_accuracy_is_compared_with_the_best_rival_of_the_name(self):
         rows = [
             ours([1.0], f1=0.9),
@@ -290,6 +330,26 @@ class Pages(unittest.TestCase):
         )
         self.assertIn("| **cells** | ours | 0.300 | 0.300 | 3.00 | 0.900 | – | 0.950 | 0.980 | – | 0.980 |", text)
         self.assertIn("| *CAPE* | *quoted* |", text)
+        self.assertNotIn("floor-deproject |", text)
+
+    def test_objects_beside_the_rivals(self):
+        figures = {"object_f1_75": 0.8, "over_segmentation": 0.1, "under_segmentation": 0.0}
+        text = page.BLOCKS["objects"](
+            loaded(
+                [
+                    finds_objects("obstacles", 0.6, "a", object_f1_50=0.9, false_objects=1, **figures),
+                    finds_objects("obstacles", 0.6, "b", object_f1_50=1.0, false_objects=2, **figures),
+                    finds_objects("obstacles", 0.6, "no objects", false_objects=1),
+                    finds_objects("pcl-clusters-native", 90.0, "a", object_f1_50=0.5, false_objects=0, **figures),
+                    finds_objects("pcl-clusters-native", None, "b", note="found nothing", object_f1_50=0.0, false_objects=0),
+                    raw_row("pcl-clusters-packaged", "objects", "pcl", "packaged", [], suite="objects", dataset="", note="not built"),
+                    finds_objects("floor-deproject", 0.1, "a"),
+                ]
+            )
+        )
+        self.assertIn("| **obstacles** | ours | 3 | 0.600 | 6.00 | 0.950 | 0.800 | 0.100 | 0.000 | 4 |", text)
+        self.assertIn("| pcl-clusters-native | native | 1 of 2 | 90.0 | 900 | 0.250 | 0.800 | 0.100 | 0.000 | 0 |", text)
+        self.assertIn("- pcl-clusters-native: found nothing.\n- pcl-clusters-packaged: not built.", text)
         self.assertNotIn("floor-deproject |", text)
 
     def test_a_row_says_speed_accuracy_and_the_best_rival(self):

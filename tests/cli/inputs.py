@@ -32,6 +32,16 @@ def png_chunks(data):
         at += size + 12
 
 
+def ply_column(data, name):
+    """Values of a whole-number property of the vertices of a binary PLY as fransac writes it."""
+    header, _, body = data.partition(b"end_header\n")
+    properties = [line.split()[1:] for line in header.decode().splitlines() if line.startswith("property ")]
+    codes = {"float": "f", "double": "d", "uchar": "B", "uint": "I"}
+    vertex = struct.Struct("<" + "".join(codes[kind] for kind, _ in properties))
+    place = [column for _, column in properties].index(name)
+    return [values[place] for values in vertex.iter_unpack(body)]
+
+
 def paeth(left, above, corner):
     """Of the three, the one next to left + above - corner (PNG specification, 9.4)."""
     return min((left, above, corner), key=lambda value: abs(left + above - corner - value))
@@ -132,6 +142,12 @@ def cloud_pcd(folder, name):
 
 def organised_pcd(folder, name):
     write(folder / name, pcd_bytes(plane_points(), 30, 20))
+
+
+def cloud_with_box(folder, name, width=None, height=1):
+    """The flat grid with 8 x 6 of its points 10 cm nearer."""
+    points = [(x, y, 0.9 if 10 <= i % 30 < 18 and 7 <= i // 30 < 13 else z) for i, (x, y, z) in enumerate(plane_points())]
+    write(folder / name, pcd_bytes(points, width and int(width), int(height)))
 
 
 def cloud_ply(folder, name):

@@ -21,7 +21,8 @@ A *.cases file is lines of a keyword and its text; '#' comments. Each case runs 
   absent FILE          does not exist afterwards
   exists FILE          exists afterwards and is not empty
   png FILE W H BITS    is a grey or colour PNG of this size and depth
-  object-ids FILE PATH is a 16-bit grey PNG of the "id"s of the list at PATH in stdout's JSON, each on its number of "pixels", and 0
+  object-ids FILE PATH is a 16-bit grey PNG, or a PLY with a property obstacle, of the "id"s of the list at PATH in stdout's JSON, each on
+                       its number of "pixels", and 0
   csv FILE ROWS COLS   is a table of this size
 
 Always checked: a case that fails (exit other than 0) prints nothing to stdout, says why on stderr after "fransac: ", and
@@ -93,7 +94,8 @@ def check_png(folder, text):
 
 def check_object_ids(folder, stdout, text):
     name, _, path = text.partition(" ")
-    found = collections.Counter(inputs.grey16((folder / name).read_bytes()))
+    data = (folder / name).read_bytes()
+    found = collections.Counter(inputs.ply_column(data, "obstacle") if name.endswith(".ply") else inputs.grey16(data))
     del found[0]
     listed = {entry["id"]: entry["pixels"] for entry in look_up(json.loads(stdout), path)}
     assert found == listed, f"{name} holds {dict(found)}, the list {listed}"

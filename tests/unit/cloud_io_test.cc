@@ -199,6 +199,30 @@ TEST_F(CloudFile, PclReadsPointsColoursAndLabels) {
   }
 }
 
+TEST_F(CloudFile, PclReadsObstacles) {
+  const PointCloud cloud = random_cloud(9, 6, Eigen::Vector3d::Zero(), true);
+  std::vector<std::uint16_t> obstacles(cloud.size());
+  for (std::size_t i = 0; i < obstacles.size(); ++i) obstacles[i] = static_cast<std::uint16_t>(65535 - 1000 * i);
+  for (const auto& [extension, encoding] : kFormats) {
+    for (const auto& labels : {some_labels(cloud.size()), std::vector<std::uint8_t>()}) {
+      const auto path = file(std::string("cloud") + extension);
+      ASSERT_TRUE(write_cloud(path, cloud, labels, encoding, obstacles).ok());
+      pcl::PCLPointCloud2 theirs;
+      const bool is_pcd = std::string(extension) == ".pcd";
+      ASSERT_EQ(is_pcd ? pcl::io::loadPCDFile(path.string(), theirs) : pcl::io::loadPLYFile(path.string(), theirs), 0);
+      const auto field =
+          std::find_if(theirs.fields.begin(), theirs.fields.end(), [](const auto& f) { return f.name == "obstacle"; });
+      ASSERT_NE(field, theirs.fields.end());
+      ASSERT_EQ(field->datatype, pcl::PCLPointField::UINT32);
+      for (std::size_t i = 0; i < cloud.size(); ++i) {
+        std::uint32_t value = 0;
+        std::memcpy(&value, &theirs.data[i * theirs.point_step + field->offset], sizeof value);
+        EXPECT_EQ(value, obstacles[i]) << extension << int(encoding) << " " << i;
+      }
+    }
+  }
+}
+
 TEST_F(CloudFile, PclReadsDoubles) {
   const PointCloud cloud = random_cloud(11, 1, {512300.0, 5403800.0, 312.0}, false);
   for (const auto& [extension, encoding] : kFormats) {
@@ -524,6 +548,8 @@ TEST_F(CloudFile, RefusedWritesLeaveNothing) {
   refused("cloud.pcd", cloud, 2, CloudEncoding::binary, ErrorCode::invalid_argument);
   refused("cloud.pcd", PointCloud(), 0, CloudEncoding::binary, ErrorCode::no_data);
   refused("no/such/folder.pcd", cloud, 3, CloudEncoding::binary, ErrorCode::io);
+  const std::uint16_t two_ids[2] = {};
+  EXPECT_EQ(write_cloud(file("cloud.pcd"), cloud, {}, CloudEncoding::binary, two_ids).error().code, ErrorCode::invalid_argument);
   EXPECT_THAT(folder_.names(), ::testing::IsEmpty());
   EXPECT_TRUE(write_cloud(file("UPPER.PCD"), cloud, {}, CloudEncoding::binary).ok());
 }

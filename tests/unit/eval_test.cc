@@ -185,6 +185,22 @@ TEST(InstanceMetrics, LabelNumbersDoNotMatter) {
   EXPECT_EQ(metrics->weighted_iou, 1.0);
 }
 
+/// Three true ones with an IoU of 6/10, 4/6 and 1; four are predicted.
+template <class Metrics>
+void expect_matches_by_hand(const Metrics& metrics) {
+  EXPECT_EQ(metrics.at50.threshold, 0.5);
+  EXPECT_EQ(metrics.at50.matched, 3);
+  EXPECT_DOUBLE_EQ(metrics.at50.precision, 3.0 / 4.0);
+  EXPECT_DOUBLE_EQ(metrics.at50.recall, 1.0);
+  EXPECT_DOUBLE_EQ(metrics.at50.f1, 6.0 / 7.0);
+  EXPECT_DOUBLE_EQ(metrics.at50.mean_iou, (0.6 + 4.0 / 6.0 + 1.0) / 3.0);
+  EXPECT_EQ(metrics.at75.threshold, 0.75);
+  EXPECT_EQ(metrics.at75.matched, 1);
+  EXPECT_DOUBLE_EQ(metrics.at75.precision, 1.0 / 4.0);
+  EXPECT_DOUBLE_EQ(metrics.at75.recall, 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(metrics.at75.mean_iou, 1.0);
+}
+
 TEST(InstanceMetrics, ThresholdsByHand) {
   // Plane 1: 10 pixels, 6 found by label 1: IoU 6/10. Plane 2: 5 pixels, 4 found by label 2, which has one more elsewhere: IoU
   // 4/6. Plane 3: 4 pixels, all found and nothing else: IoU 1. Label 4 lies on no plane.
@@ -192,17 +208,7 @@ TEST(InstanceMetrics, ThresholdsByHand) {
   ASSERT_TRUE(metrics);
   EXPECT_EQ(metrics->true_planes, 3);
   EXPECT_EQ(metrics->predicted_planes, 4);
-  EXPECT_EQ(metrics->at50.threshold, 0.5);
-  EXPECT_EQ(metrics->at50.matched, 3);
-  EXPECT_DOUBLE_EQ(metrics->at50.precision, 3.0 / 4.0);
-  EXPECT_DOUBLE_EQ(metrics->at50.recall, 1.0);
-  EXPECT_DOUBLE_EQ(metrics->at50.f1, 6.0 / 7.0);
-  EXPECT_DOUBLE_EQ(metrics->at50.mean_iou, (0.6 + 4.0 / 6.0 + 1.0) / 3.0);
-  EXPECT_EQ(metrics->at75.threshold, 0.75);
-  EXPECT_EQ(metrics->at75.matched, 1);
-  EXPECT_DOUBLE_EQ(metrics->at75.precision, 1.0 / 4.0);
-  EXPECT_DOUBLE_EQ(metrics->at75.recall, 1.0 / 3.0);
-  EXPECT_DOUBLE_EQ(metrics->at75.mean_iou, 1.0);
+  expect_matches_by_hand(*metrics);
   EXPECT_DOUBLE_EQ(metrics->missed, 0.0);
   EXPECT_DOUBLE_EQ(metrics->noise, 1.0 / 4.0);
   EXPECT_DOUBLE_EQ(metrics->weighted_iou, (10 * 0.6 + 5 * 4.0 / 6.0 + 4 * 1.0) / 19.0);
@@ -308,17 +314,7 @@ TEST(ObjectMetrics, ThresholdsByHand) {
   ASSERT_TRUE(metrics);
   EXPECT_EQ(metrics->true_objects, 3);
   EXPECT_EQ(metrics->predicted_objects, 4);
-  EXPECT_EQ(metrics->at50.threshold, 0.5);
-  EXPECT_EQ(metrics->at50.matched, 3);
-  EXPECT_DOUBLE_EQ(metrics->at50.precision, 3.0 / 4.0);
-  EXPECT_DOUBLE_EQ(metrics->at50.recall, 1.0);
-  EXPECT_DOUBLE_EQ(metrics->at50.f1, 6.0 / 7.0);
-  EXPECT_DOUBLE_EQ(metrics->at50.mean_iou, (0.6 + 4.0 / 6.0 + 1.0) / 3.0);
-  EXPECT_EQ(metrics->at75.threshold, 0.75);
-  EXPECT_EQ(metrics->at75.matched, 1);
-  EXPECT_DOUBLE_EQ(metrics->at75.precision, 1.0 / 4.0);
-  EXPECT_DOUBLE_EQ(metrics->at75.recall, 1.0 / 3.0);
-  EXPECT_DOUBLE_EQ(metrics->at75.mean_iou, 1.0);
+  expect_matches_by_hand(*metrics);
   EXPECT_EQ(metrics->false_objects, 1);
   ASSERT_EQ(metrics->objects.size(), 3U);
   EXPECT_EQ(metrics->objects[0].id, 1);

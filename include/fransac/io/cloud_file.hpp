@@ -24,10 +24,11 @@ Result<PointCloud> read_cloud(const std::filesystem::path& file);
 
 /// Writes a cloud as PCD or PLY (by the file's extension, .pcd or .ply), with a colour per point by label when `labels`
 /// is not empty (one per point; io::label_colour; grey for no plane) and the label itself as a field of 32 bits.
+/// `obstacles`, unless empty: the id of each point's obstacle, 0 for none, as another such field, named obstacle.
 /// x, y, z are in the input's coordinates: floats, or doubles when the cloud has an origin. Temporary name, then renamed.
-/// Errors: invalid_argument for another extension, a number of labels that is not the number of points, or a PLY
+/// Errors: invalid_argument for another extension, a number of labels or ids that is not the number of points, or a PLY
 /// binary_compressed; no_data for a cloud without points.
 Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
-                   CloudEncoding encoding = CloudEncoding::binary);
+                   CloudEncoding encoding = CloudEncoding::binary, std::span<const std::uint16_t> obstacles = {});
 
 }  // namespace fransac::io
