@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The project's own methods, through the public interface, with one workspace per method as for a stream of frames.
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -86,6 +87,7 @@ class OurObstacles final : public Peer {
     const Camera camera = camera_of(frame);
     if (!segment(view, camera, options_, workspace_, planes_)) return false;
     if (!find_obstacles(view, camera, planes_, {}, nullptr, obstacle_workspace_, found_) || found_.support.empty()) return false;
+    leave_out_drops();
     answer.planes = static_cast<int>(planes_.planes.size());
     answer.objects = found_.labels.data();
     answer.stages = {{"planes", planes_.timing.total_ms}, {"obstacles", found_.total_ms}};
@@ -93,6 +95,15 @@ class OurObstacles final : public Peer {
   }
 
  private:
+  /// What falls away is an obstacle and no object.
+  void leave_out_drops() {
+    const auto is_drop = [](const Obstacle& obstacle) { return obstacle.kind == ObstacleKind::drop; };
+    if (std::none_of(found_.obstacles.begin(), found_.obstacles.end(), is_drop)) return;
+    for (std::uint16_t& label : found_.labels) {
+      if (label != 0 && is_drop(found_.obstacles[label - 1U])) label = 0;
+    }
+  }
+
   SegmentOptions options_;
   Workspace workspace_;
   Segmentation planes_;
