@@ -7,7 +7,7 @@ import dataclasses
 from collections.abc import Callable, Iterator
 
 import accuracy
-from results import Results, Row, mean, median, ratio, scores, summarise
+from results import Results, Row, complete_scores, mean, median, ratio, scores, summarise
 
 DATASETS = ("mosd", "tum")
 LARGE = "azure"  # one frame of 1920 x 1080 pixels
@@ -232,7 +232,7 @@ def cells_accuracy_bar(results: Results) -> Iterator[Claim]:
 def obstacles_bar(results: Results) -> Iterator[Claim]:
     """Planes and what is on top of them, where objects touch and are stacked; the rival that finds objects best counts."""
     found = results.summaries(suite="objects", dataset="mosd", threads=1)
-    f1 = {peer: mean(values) for peer, summary in found.items() if (values := scores(summary.rows, "object_f1_50"))}
+    f1 = {peer: mean(values) for peer, values in complete_scores(found, "object_f1_50").items()}
     own = f1.pop("obstacles", None)
     rival = max(f1, key=lambda peer: f1[peer], default=None)
     lead = own - f1[rival] if own is not None and rival else None

@@ -12,7 +12,7 @@ from collections.abc import Callable, Container, Iterable, Sequence
 
 import accuracy
 import bars
-from results import FEW_SCENES, OBJECT_SCORES, Results, Row, Summary, mean, ratio, scores, summarise
+from results import FEW_SCENES, OBJECT_SCORES, Results, Row, Summary, complete_scores, mean, ratio, scores, summarise
 
 NOT_MEASURED = "*Not measured in this run.*"
 BLOCK = re.compile(r"(<!-- block: (?P<name>[^>]+?) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -174,12 +174,11 @@ def objects(results: Results) -> str:
     for dataset in (name for name in results.datasets("objects") if name):
         found = results.summaries(suite="objects", dataset=dataset, threads=1)
         floor = results.select(suite="objects", peer="floor-deproject", dataset=dataset)
+        *shares, false = (complete_scores(found, figure) for figure in OBJECT_SCORES)
         lines = []
         for peer, summary in found.items():
             if summary.first.library == "floor":
                 continue
-            means = [scores(summary.rows, figure) for figure in OBJECT_SCORES[:-1]]
-            false = scores(summary.rows, OBJECT_SCORES[-1])
             lines.append(
                 [
                     f"**{peer}**" if summary.first.library == "fransac" else peer,
@@ -187,8 +186,8 @@ def objects(results: Results) -> str:
                     _frames(summary),
                     ms(summary.time.median if summary.time else None),
                     significant(ratio(summary.rows, floor)),
-                    *(number(mean(values) if values else None) for values in means),
-                    number(sum(false) if false else None, 0),
+                    *(number(mean(of[peer]) if peer in of else None) for of in shares),
+                    number(sum(false[peer]) if peer in false else None, 0),
                 ]
             )
         head = ("", "build", "frames", "median", "× floor", "F1 at 0.5", "at 0.75", "over", "under", "false objects")

@@ -157,6 +157,13 @@ def scores(rows: Iterable[Row], figure: str) -> list[float]:
     return [value for row in rows if (value := getattr(row, figure)) is not None]
 
 
+def complete_scores(found: dict[str, Summary], figure: str) -> dict[str, list[float]]:
+    """A figure of all who have it of as many frames as anybody: who was too slow for some has no mean to compare."""
+    values = {peer: scores(summary.rows, figure) for peer, summary in found.items()}
+    most = max(map(len, values.values()), default=0)
+    return {peer: of_peer for peer, of_peer in values.items() if of_peer and len(of_peer) == most}
+
+
 def ratio(slow: Iterable[Row], fast: Iterable[Row]) -> float | None:
     """How many times longer the first takes: the quotient of the medians over the frames that both were timed on."""
     first = {row.frame: row.time.median for row in slow if row.time}

@@ -4,7 +4,6 @@
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
-#include <pcl/segmentation/sac_segmentation.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -16,16 +15,6 @@
 namespace fransac::bench {
 
 using PclCloud = pcl::PointCloud<pcl::PointXYZ>;
-
-/// One plane by RANSAC, refined from its inliers, with everybody's parameters.
-inline void prepare(pcl::SACSegmentation<pcl::PointXYZ>& ransac) {
-  ransac.setModelType(pcl::SACMODEL_PLANE);
-  ransac.setMethodType(pcl::SAC_RANSAC);
-  ransac.setDistanceThreshold(kThreshold_m);
-  ransac.setProbability(kProbability);
-  ransac.setMaxIterations(kMaxIterations);
-  ransac.setOptimizeCoefficients(true);
-}
 
 /// A cloud of the measured points alone (PCL then need not look for NaN) and the pixel of each.
 struct PclPoints {

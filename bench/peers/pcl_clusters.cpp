@@ -12,6 +12,7 @@
 #include <algorithm>
 
 #include "pcl_cloud.hpp"
+#include "pcl_ransac.hpp"
 
 namespace fransac::bench {
 namespace {

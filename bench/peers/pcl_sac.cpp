@@ -14,6 +14,7 @@
 
 #include "labelling.hpp"
 #include "pcl_cloud.hpp"
+#include "pcl_ransac.hpp"
 
 namespace fransac::bench {
 namespace {

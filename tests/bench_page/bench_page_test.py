@@ -245,8 +245,13 @@ class Bars(unittest.TestCase):
             finds_objects("obstacles", 0.8, "b", object_f1_50=1.0),
             finds_objects("obstacles", 0.9, "c", object_f1_50=0.99),
             finds_objects("obstacles", 0.1, "no objects", false_objects=0),
-            finds_objects("pcl-clusters-native", 90.0, "a", object_f1_50=0.5),
-            finds_objects("pcl-voxel-clusters-native", None, "a", object_f1_50=0.9, note="not timed: 9 s a run"),
+            finds_objects("pcl-clusters-packaged", 90.0, "a", object_f1_50=1.0),
+            finds_objects("pcl-clusters-packaged", None, "b", note="skipped: about 9 s a run"),
+        ]
+        rows += [finds_objects("pcl-clusters-native", 90.0, scene, object_f1_50=0.5) for scene in "abc"]
+        rows += [
+            finds_objects("pcl-voxel-clusters-native", None, scene, object_f1_50=0.9, note="not timed: 9 s a run")
+            for scene in "abc"
         ]
         found, lead, time = bars.obstacles_bar(loaded(rows))
         self.assertEqual((found.limit, found.met), (0.9, True))
@@ -341,14 +346,17 @@ class Pages(unittest.TestCase):
                     finds_objects("obstacles", 0.6, "b", object_f1_50=1.0, false_objects=2, **figures),
                     finds_objects("obstacles", 0.6, "no objects", false_objects=1),
                     finds_objects("pcl-clusters-native", 90.0, "a", object_f1_50=0.5, false_objects=0, **figures),
-                    finds_objects("pcl-clusters-native", None, "b", note="found nothing", object_f1_50=0.0, false_objects=0),
+                    finds_objects("pcl-clusters-native", None, "b", note="found nothing", object_f1_50=0.0, false_objects=0, **figures),
+                    finds_objects("pcl-clusters-native", 90.0, "no objects", false_objects=0),
                     raw_row("pcl-clusters-packaged", "objects", "pcl", "packaged", [], suite="objects", dataset="", note="not built"),
+                    finds_objects("pcl-voxel-clusters-native", 9.0, "a", object_f1_50=1.0, false_objects=0, **figures),
                     finds_objects("floor-deproject", 0.1, "a"),
                 ]
             )
         )
+        self.assertIn("| pcl-voxel-clusters-native | native | 1 | 9.00 | 90.0 | – | – | – | – | – |", text)
         self.assertIn("| **obstacles** | ours | 3 | 0.600 | 6.00 | 0.950 | 0.800 | 0.100 | 0.000 | 4 |", text)
-        self.assertIn("| pcl-clusters-native | native | 1 of 2 | 90.0 | 900 | 0.250 | 0.800 | 0.100 | 0.000 | 0 |", text)
+        self.assertIn("| pcl-clusters-native | native | 2 of 3 | 90.0 | 900 | 0.250 | 0.800 | 0.100 | 0.000 | 0 |", text)
         self.assertIn("- pcl-clusters-native: found nothing.\n- pcl-clusters-packaged: not built.", text)
         self.assertNotIn("floor-deproject |", text)
 
