@@ -53,10 +53,7 @@ std::string no_support_text(const SupportChoice& support, const Segmentation& se
   std::string why = fmt::format("planes found: {}", planes);
   if (planes > 0 && support.kind == SupportKind::floor) why = "no plane is a floor";
   if (planes > 0 && support.kind == SupportKind::table) why = "no plane is horizontal other than floor and ceiling";
-  if (planes > 0 && support.kind != SupportKind::plane && !segmentation.up) {
-    const bool tells = segmentation.method == Method::cells;  // the others take no --up
-    why += tells ? ", for nothing tells what is up: try --up" : ", for only cells tells what is up: name a plane's label";
-  }
+  if (planes > 0 && support.kind != SupportKind::plane && !segmentation.up) why += ", for nothing tells what is up: try --up";
   return fmt::format("no support for obstacles (--support {}): {}", support_text(support), why);
 }
 

@@ -15,7 +15,6 @@ std::string_view option_of_cells(const CellsOptions& cells) {
   if (cells.parallel_to) return "parallel-to";
   if (cells.perpendicular_to) return "perpendicular-to";
   if (cells.residuals) return "residuals";
-  if (cells.up) return "up";
   return {};
 }
 

@@ -18,6 +18,7 @@
 #include "planes/methods.hpp"
 #include "planes/renumber.hpp"
 #include "planes/require_points.hpp"
+#include "planes/set_up.hpp"
 #include "planes/stage_clock.hpp"
 
 namespace fransac {
@@ -329,6 +330,7 @@ Status run_pipeline(const Source& source, const SegmentOptions& options, Workspa
   clock.end(Stage::ransac);
   source.label(recipe, work, result);
   arrange(options, result);
+  if (options.up) set_up(options.up->normalized(), UpSource::given, result);
   clock.end(Stage::labels);
   return {};
 }

@@ -392,7 +392,7 @@ TEST(CellsOptions, PassThrough) {
 TEST(CellsOptions, Up) {
   const Scene scene = room();
   SegmentOptions options = cells_options();
-  options.cells.up = Eigen::Vector3d(0.0, -3.0, 0.0);
+  options.up = Eigen::Vector3d(0.0, -3.0, 0.0);
   Segmentation s = cells(scene.image.view(), scene.image.camera, options);
   EXPECT_EQ(s.up_source, UpSource::given);
   ASSERT_TRUE(s.up);
@@ -400,7 +400,7 @@ TEST(CellsOptions, Up) {
   std::multiset<PlaneKind> kinds;
   for (const PlaneSegment& plane : s.planes) kinds.insert(plane.kind);
   EXPECT_EQ(kinds, (std::multiset<PlaneKind>{PlaneKind::floor, PlaneKind::wall, PlaneKind::wall}));
-  options.cells.up.reset();
+  options.up.reset();
   s = cells(scene.image.view(), scene.image.camera, options);
   EXPECT_EQ(s.up_source, UpSource::estimated);
   ASSERT_TRUE(s.up);

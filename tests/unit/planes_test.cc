@@ -602,7 +602,7 @@ TEST(SegmentErrors, AbsurdOptionsAreNamed) {
       {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d::Zero(); }},
       {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d(0, kNaN, 1); }},
       {"perpendicular-to", [](SegmentOptions& o) { o.cells.perpendicular_to = Vector3d(kInf, 0, 0); }},
-      {"up", [](SegmentOptions& o) { o.cells.up = Vector3d::Zero(); }},
+      {"up", [](SegmentOptions& o) { o.up = Vector3d::Zero(); }},
       {"prior-angle", [](SegmentOptions& o) { o.cells.prior_angle_deg = 0.0; }},
       {"prior-angle", [](SegmentOptions& o) { o.cells.prior_angle_deg = 91.0; }},
       {"labels-from", [](SegmentOptions& o) { o.labels_from = static_cast<LabelsFrom>(7); }},
@@ -636,13 +636,31 @@ TEST(SegmentErrors, AbsurdOptionsAreNamed) {
   }
 }
 
+TEST(Segment, UpTellsKindsWhateverTheMethod) {
+  const TwoPlanes scene;
+  for (const Method method : kMethods) {
+    SegmentOptions options = options_for(method);
+    options.max_planes = 0;
+    EXPECT_FALSE(segmented(scene.image, options).up) << enum_name(method);
+    options.up = Vector3d(0.0, 0.0, -2.0);  // the camera looks straight down
+    const Segmentation found = segmented(scene.image, options);
+    ASSERT_TRUE(found.up) << enum_name(method);
+    EXPECT_EQ(*found.up, Vector3d(0.0, 0.0, -1.0));
+    EXPECT_EQ(found.up_source, UpSource::given);
+    ASSERT_EQ(found.planes.size(), 2U) << enum_name(method);
+    for (const PlaneSegment& plane : found.planes) {
+      const bool wall = plane.plane.normal.dot(scene.wall.normal) > 0.99;  // which is a floor to who looks down
+      EXPECT_EQ(plane.kind, wall ? PlaneKind::floor : PlaneKind::other) << enum_name(method);
+    }
+  }
+}
+
 TEST(SegmentErrors, WhatOnlyCellsKnowsIsRefusedByTheOtherMethods) {
   const TwoPlanes scene;
   const BadCase cases[] = {
       {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d::UnitX(); }},
       {"perpendicular-to", [](SegmentOptions& o) { o.cells.perpendicular_to = Vector3d::UnitX(); }},
       {"residuals", [](SegmentOptions& o) { o.cells.residuals = true; }},
-      {"up", [](SegmentOptions& o) { o.cells.up = -Vector3d::UnitY(); }},
   };
   for (const BadCase& asked : cases) {
     for (const Method method : kMethods) {

@@ -69,8 +69,7 @@ struct CellsOptions {
   /// Only planes whose normal is perpendicular to this direction, to within `prior_angle_deg`.
   std::optional<Eigen::Vector3d> perpendicular_to;
   double prior_angle_deg = 10.0;
-  bool residuals = false;             ///< Fill Segmentation::residuals_m.
-  std::optional<Eigen::Vector3d> up;  ///< Up in the camera's frame, of any length; unset: estimated.
+  bool residuals = false;  ///< Fill Segmentation::residuals_m.
 };
 
 struct SegmentOptions {
@@ -82,6 +81,9 @@ struct SegmentOptions {
   LabelsFrom labels_from = LabelsFrom::pixels;
   std::uint64_t seed = 0;
   int threads = 1;  ///< 0: all cores. Never changes the answer.
+  /// Up in the frame of the camera or of the sensor at the cloud's origin, of any length, as an IMU tells it: tells floors from
+  /// walls. Unset: `cells` estimates it from the planes of a depth image, the others tell no kinds.
+  std::optional<Eigen::Vector3d> up;
   PassThroughOptions pass_through;
   VoxelGridOptions voxel_grid;
   RansacPlaneOptions ransac;
@@ -168,8 +170,7 @@ void for_each_option(Options& o, Visitor&& visit) {
       OptionInfo{"prior-angle", "degrees", "by how much a normal may differ from parallel-to and perpendicular-to", 0, 90, true},
       o.cells.prior_angle_deg);
   visit(OptionInfo{"residuals", "", "cells: keep the distance of every pixel to its plane"}, o.cells.residuals);
-  visit(OptionInfo{"up", "", "cells: up in the camera's frame, which tells floors from walls; estimated where not given"},
-        o.cells.up);
+  visit(OptionInfo{"up", "", "up in the frame of the camera or cloud, which tells floors from walls; cells estimates it"}, o.up);
 }
 
 /// The names of an enum's values, in order of the values: {"auto", "fransac", …}. Specialised for every enum above.

@@ -9,11 +9,11 @@
 #include <tuple>
 
 #include "filter/depth_rows.hpp"
-#include "fransac/planes/orientation.hpp"
 #include "planes/cells/constants.hpp"
 #include "planes/covariance.hpp"
 #include "planes/renumber.hpp"
 #include "planes/require_points.hpp"
+#include "planes/set_up.hpp"
 
 namespace fransac::cells {
 namespace {
@@ -157,17 +157,6 @@ DepthNoise noise_of(const SensorModel& sensor, const Noise& noise) {
           .quadratic_per_m = sensor.noise.quadratic_per_m * noise.of_model};
 }
 
-void find_directions(const CellsOptions& options, Segmentation& result) {
-  if (options.up) {
-    result.up = options.up->normalized();
-    result.up_source = UpSource::given;
-  } else if (const auto up = estimate_up(result.planes)) {
-    result.up = *up;
-    result.up_source = UpSource::estimated;
-  }
-  if (result.up) classify(*result.up, result.planes);
-}
-
 /// Where planes should be seen that were wanted first.
 void expect(const Camera& camera, Buffers& b) {
   b.expected.clear();
@@ -214,7 +203,11 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   measure_planes(b, result);
   arrange(options, result);
   if (limits != nullptr) mark_excluded(rows, b.image.work.front(), result);
-  find_directions(options.cells, result);
+  if (options.up) {
+    set_up(options.up->normalized(), UpSource::given, result);
+  } else if (const auto up = estimate_up(result.planes)) {
+    set_up(*up, UpSource::estimated, result);
+  }
   if (options.cells.residuals) measure_residuals(depth, camera, result);
   clock.end(Stage::labels);
   return {};
