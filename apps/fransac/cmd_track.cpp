@@ -131,7 +131,8 @@ nlohmann::ordered_json drop_to_json(const Obstacle& obstacle) {
 }
 
 void add_obstacles(nlohmann::ordered_json& json, const TrackedFrame& tracked, const Obstacles& found) {
-  json["objects"] = json["drops"] = nlohmann::ordered_json::array();
+  json["objects"] = nlohmann::ordered_json::array();
+  json["drops"] = nlohmann::ordered_json::array();
   for (const TrackedObject& object : tracked.objects) {
     json["objects"].push_back(object_to_json(object, found.obstacles[static_cast<std::size_t>(object.obstacle - 1)]));
   }

@@ -117,11 +117,8 @@ class Follower {
     const auto start = std::chrono::steady_clock::now();
     constexpr std::size_t kSlots = 8;  // frames in memory, whatever the length of the sequence
     std::vector<Slot> slots(kSlots);
-    bool stopped = false;
-    const auto next = [&](std::size_t slot) {
-      stopped = stopped || (hooks_.stopped && hooks_.stopped());
-      return !stopped && source_.begin(slots[slot]);
-    };
+    const auto is_stopped = [&] { return hooks_.stopped && hooks_.stopped(); };
+    const auto next = [&](std::size_t slot) { return !is_stopped() && source_.begin(slots[slot]); };
     const auto decode = [&](std::size_t slot) { source_.load(slots[slot]); };
     const auto work = [&](std::size_t slot) { follow(slots[slot]); };
     const auto write = [&](std::size_t slot) {
@@ -130,6 +127,7 @@ class Follower {
     const std::array<PipelineStage, 3> stages{{{decode, true}, {work}, {write}}};
     run_pipeline(request_.options.threads, kSlots, next, stages);
     progress_.clear();
+    const bool stopped = is_stopped();  // a stream can have broken off because of it
     if (!stopped && !source_.error().empty()) throw Failure(source_.error());
     if (!stopped && totals_.followed() == 0) throw Failure("no frame could be used");
     totals_.total_ms = milliseconds_since(start);

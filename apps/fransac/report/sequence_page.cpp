@@ -77,6 +77,7 @@ std::string box_text(const Seen& seen) {
 /// A row per id: when it was seen, what it is and how large.
 std::string timeline(const SequenceReport& sequence, const std::map<int, Seen>& things, const std::string& what,
                      const std::string& size_heading, std::string (*size_text)(const Seen&)) {
+  if (things.empty()) return "<p>None was seen.</p>\n";
   std::string html = fmt::format(
       "<div class=\"scroll\"><table class=\"timeline\" id=\"{0}s\">\n<caption>When each {0} was seen, by "
       "frame</caption>\n<thead><tr>"
