@@ -51,10 +51,10 @@ def text(element):
 
 
 def pixels(data, step=1):
-    """Rows of (r, g, b) of an 8-bit colour PNG, or every `step`-th row and column."""
+    """Rows of (r, g, b), or (grey,), of an 8-bit PNG, or every `step`-th row and column."""
     width, height, bits, kind = struct.unpack(">IIBB", data[16:26])
-    assert bits == 8 and kind in (2, 6)
-    size = 3 if kind == 2 else 4
+    size = {0: 1, 2: 3, 6: 4}[kind]
+    assert bits == 8
     packed = b"".join(data[at + 8:at + 8 + length] for at, length in chunks(data, b"IDAT"))
     raw = zlib.decompress(packed)
     stride = width * size
