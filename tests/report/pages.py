@@ -65,7 +65,7 @@ def pixels(data, step=1):
         unfilter(raw[v * (stride + 1)], row, before, size)
         before = row
         if v % step == 0:
-            rows.append([tuple(row[u * size:u * size + 3]) for u in range(0, width, step)])
+            rows.append([tuple(row[u * size:u * size + min(size, 3)]) for u in range(0, width, step)])
     return rows
 
 
