@@ -2,9 +2,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "commands.hpp"
@@ -16,6 +20,9 @@
 #include "options.hpp"
 #include "output.hpp"
 #include "report/page.hpp"
+#include "report/sequence.hpp"
+#include "report/sequence_page.hpp"
+#include "sequence.hpp"
 
 namespace fransac::cli {
 namespace {
@@ -24,21 +31,66 @@ namespace fs = std::filesystem;
 
 constexpr int kPictureWidth_px = 320;
 constexpr int kSmallPictureWidth_px = 160;
+constexpr int kThumbnailWidth_px = 240;
 
 struct ReportCommand {
   std::vector<std::string> datasets;
   std::string folder;
   int pictures = 12;
   Runs runs{3, {Method::cells, Method::ransac, Method::rransac, Method::voxel_ransac, Method::fransac}};  // and the paper's
+  ObstacleRequest obstacles;                                                                              // of sequences
+  TrackOptions track;
 };
 
-fs::path page_of(const ReportCommand& command) { return fs::path(command.folder) / "index.html"; }
+constexpr const char* kIndex = "index.html";
+
+/// What is written at the end.
+struct Page {
+  fs::path file;
+  std::string html;
+};
+
+void check_page(const ReportCommand& command, const fs::path& name) {
+  if (fs::exists(command.folder)) check_output_file("--out", fs::path(command.folder) / name);
+}
 
 void check_report(const ReportCommand& command) {
   check_named_once(command.datasets);
   check_options(command.runs.options);
+  check_options(command.obstacles.options);
+  check_options(command.track);
   check_output_folder("--out", command.folder);
-  if (fs::exists(command.folder)) check_output_file("--out", page_of(command));
+  check_page(command, kIndex);
+}
+
+/// "sequence2-desk.html": whatever a folder's name is, this one is a link, and no other dataset's.
+std::string sequence_file(const io::Dataset& dataset, std::size_t number) {
+  constexpr std::size_t kLongest = 60;  // of 255 bytes that file systems take
+  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+  std::string name = dataset.name.substr(0, kLongest);
+  std::replace_if(
+      name.begin(), name.end(), [&](char c) { return kPlain.find(c) == std::string_view::npos; }, '_');
+  return fmt::format("sequence{}-{}.html", number, name);
+}
+
+/// `cells` gives what following needs, whichever methods are compared.
+FollowRequest follow_request(const ReportCommand& command) {
+  return {command.runs.options_of(Method::cells), command.obstacles, command.track, {}, {}};
+}
+
+/// Follows a sequence and adds its page; the dataset keeps the frames that methods are compared on.
+report::SequenceLink report_sequence(const ReportCommand& command, const std::string& name, std::size_t number,
+                                     const Machine& machine, io::Dataset& dataset, std::vector<Page>& pages) {
+  const FollowRequest request = follow_request(command);
+  const report::SequenceReport sequence = report::watch_sequence(name, dataset.frames, request, kThumbnailWidth_px);
+  const std::string file = sequence_file(dataset, number);
+  pages.push_back({file, report::sequence_page(sequence, request, machine, kIndex)});
+  std::vector<io::FrameFiles> compared;
+  for (const std::size_t i : report::evenly_chosen(sequence.usable.size(), report::kMostThumbnails)) {
+    compared.push_back(dataset.frames[sequence.usable[i]]);
+  }
+  dataset.frames = std::move(compared);
+  return {file, report::gist(sequence), sequence.frames};
 }
 
 report::DatasetReport report_dataset(const ReportCommand& command, const std::string& name, const io::Dataset& dataset) {
@@ -54,19 +106,31 @@ report::DatasetReport report_dataset(const ReportCommand& command, const std::st
   return result;
 }
 
-void run_report(const ReportCommand& command) {
-  check_report(command);
+std::vector<io::Dataset> open_datasets(const ReportCommand& command) {
   std::vector<io::Dataset> datasets;
   for (const std::string& name : command.datasets) {
     datasets.push_back(open_dataset(name, command.runs, "a point cloud has no frames to show; report takes depth frames"));
+    if (is_sequence(datasets.back().frames)) check_page(command, sequence_file(datasets.back(), datasets.size()));
   }
+  return datasets;
+}
+
+void run_report(const ReportCommand& command) {
+  check_report(command);
+  std::vector<io::Dataset> datasets = open_datasets(command);
   report::Report report{this_machine(), command.runs, static_cast<std::size_t>(command.pictures), {}};
+  std::vector<Page> pages;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    report.datasets.push_back(report_dataset(command, command.datasets[i], datasets[i]));
+    const std::string& name = command.datasets[i];
+    std::optional<report::SequenceLink> sequence;
+    if (is_sequence(datasets[i].frames)) sequence = report_sequence(command, name, i + 1, report.machine, datasets[i], pages);
+    report.datasets.push_back(report_dataset(command, name, datasets[i]));
+    report.datasets.back().sequence = std::move(sequence);
   }
+  pages.push_back({kIndex, report::page(report)});
   Unfinished output;
   output.make_folder(command.folder);
-  check(io::write_file(output.add(page_of(command)), report::page(report)));
+  for (const Page& page : pages) check(io::write_file(output.add(command.folder / page.file), page.html));
   output.finish();
 }
 
@@ -83,10 +147,17 @@ Command add_report(CLI::App& parent) {
   add_count(*app, "--pictures", command->pictures, 0, 100000,
             "scenes of each dataset shown unfolded and large; later ones are folded and small");
   add_runs(*app, command->runs, 100000, "runs per frame; the median time counts");
-  app->footer(
+  add_track_options(*app, command->track);
+  add_obstacle_options(*app, command->obstacles, "of sequences: objects over time, too");
+  app->footer(fmt::format(
       "Writes DIR/index.html: one file that opens from disk and needs no network. What the truth does not tell is left out: "
       "frames\n"
-      "without truth have pictures and times.");
+      "without truth have pictures and times. A folder with a depth.txt that gives its frames (two or more) their times is a\n"
+      "sequence; any other holds scenes that have nothing to do with each other. A sequence is followed by cells, as `fransac\n"
+      "track` does, and has a page of its own beside the first, DIR/sequenceN-NAME.html: pictures, planes and objects over\n"
+      "time, times and the camera's path; methods are compared on {} of its frames at most, evenly chosen. Its frames that\n"
+      "cannot be used are skipped; broken scenes are errors.",
+      report::kMostThumbnails));
   return {app, [command] { run_report(*command); }};
 }
 

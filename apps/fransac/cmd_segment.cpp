@@ -188,7 +188,7 @@ std::vector<float> distances(const PointCloud& cloud) {
 
 io::ColourImage picture_of(const SegmentCommand& command, const DepthView& view, const Found& found,
                            const io::ColourImage* background) {
-  if (command.obstacles.asked) return obstacle_overlay(view, found.segmentation, found.obstacles, background);
+  if (command.obstacles.asked) return obstacle_overlay(view, found.segmentation.labels, found.obstacles.labels, background);
   return io::overlay(view, found.segmentation.labels, background);
 }
 

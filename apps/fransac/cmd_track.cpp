@@ -2,22 +2,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "commands.hpp"
 #include "depth_stream.hpp"
 #include "errors.hpp"
-#include "fransac/core/parallel.hpp"
 #include "fransac/io/trajectory.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/track/tracker.hpp"
@@ -26,7 +20,7 @@
 #include "obstacle_output.hpp"
 #include "options.hpp"
 #include "output.hpp"
-#include "progress.hpp"
+#include "sequence.hpp"
 #include "statistics.hpp"
 
 namespace fransac::cli {
@@ -37,13 +31,8 @@ namespace fs = std::filesystem;
 struct TrackCommand {
   std::string input;
   CameraFile camera;
-  std::string poses;
   std::string json = "-";
-  ObstacleRequest obstacles;
-  bool strict = false;
-  bool warm_start = false;
-  SegmentOptions options;
-  TrackOptions track;
+  FollowRequest request;
 };
 
 volatile std::sig_atomic_t g_interrupted = 0;  // NOLINT: a signal handler can reach nothing else
@@ -105,22 +94,6 @@ class Lines {
   std::ofstream out_;
 };
 
-double milliseconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// One frame on its way.
-struct Slot {
-  std::size_t number = 0;
-  std::string name;
-  std::optional<double> timestamp_s;
-  io::Frame frame;     ///< From a file, or
-  StreamFrame stream;  ///< from the stream.
-  std::string error;   ///< Not empty: the frame is skipped.
-  double decode_ms = 0.0;
-  std::string line;
-};
-
 nlohmann::ordered_json pose_to_json(const TrackedFrame& frame) {
   const Eigen::Quaterniond q(frame.T_world_camera.linear());
   return {{"source", enum_name(frame.pose_source)},
@@ -149,199 +122,107 @@ nlohmann::ordered_json object_to_json(const TrackedObject& tracked, const Obstac
   return json;
 }
 
-/// The frames themselves keep the cores busy.
-SegmentOptions on_one_thread(SegmentOptions options) {
-  options.threads = 1;
-  return options;
+/// Drops are not followed, so nothing but their number in this frame tells them apart.
+nlohmann::ordered_json drop_to_json(const Obstacle& obstacle) {
+  nlohmann::ordered_json json = obstacle_to_json(obstacle);
+  json.erase("id");
+  json["obstacle"] = obstacle.id;
+  return json;
 }
 
-/// Reads, segments, follows and writes, each while others do the rest.
-class Run {
- public:
-  Run(const TrackCommand& command, const Input* input, DepthStream* stream, std::vector<io::TimedPose> poses)
-      : command_(command),
-        input_(input),
-        stream_(stream),
-        poses_(std::move(poses)),
-        lines_(command.json),
-        progress_(input != nullptr ? input->size() : 0),
-        options_(on_one_thread(command.options)),
-        tracker_(command.track) {}
-
-  void run() {
-    const InterruptGuard guard;
-    const auto start = std::chrono::steady_clock::now();
-    constexpr std::size_t kSlots = 8;  // frames in memory, whatever the length of the sequence
-    slots_.resize(kSlots);
-    const auto next = [&](std::size_t slot) { return !InterruptGuard::interrupted() && begin(slots_[slot]); };
-    const auto decode = [&](std::size_t slot) { load(slots_[slot]); };
-    const auto work = [&](std::size_t slot) { follow(slots_[slot]); };
-    const auto write = [&](std::size_t slot) { lines_.write(slots_[slot].line); };
-    const std::array<PipelineStage, 3> stages{{{decode, true}, {work}, {write}}};
-    run_pipeline(command_.options.threads, kSlots, next, stages);
-    progress_.clear();
-    const bool interrupted = InterruptGuard::interrupted();
-    if (!interrupted) {
-      if (!stream_error_.empty()) throw Failure(stream_error_);
-      if (done_ == 0) throw Failure("no frame could be used");
-    }
-    lines_.finish();
-    if (done_ > 0) summarise(milliseconds_since(start));
-    if (interrupted) throw Failure(fmt::format("interrupted after {} frames", done_ + skipped_));
+void add_obstacles(nlohmann::ordered_json& json, const TrackedFrame& tracked, const Obstacles& found) {
+  json["objects"] = nlohmann::ordered_json::array();
+  json["drops"] = nlohmann::ordered_json::array();
+  for (const TrackedObject& object : tracked.objects) {
+    json["objects"].push_back(object_to_json(object, found.obstacles[static_cast<std::size_t>(object.obstacle - 1)]));
   }
-
- private:
-  bool begin(Slot& slot) {
-    slot.number = next_;
-    slot.error.clear();
-    slot.decode_ms = 0.0;
-    if (stream_ != nullptr) {
-      if (!read_stream(slot.stream)) return false;
-      slot.name = fmt::format("{}", next_);
-      slot.timestamp_s = slot.stream.timestamp_s;
-    } else {
-      if (next_ == input_->size()) return false;
-      slot.name = input_->frames[next_].name;
-      slot.timestamp_s = input_->frames[next_].timestamp_s;
-    }
-    ++next_;
-    return true;
+  for (const Obstacle& obstacle : found.obstacles) {
+    if (obstacle.kind == ObstacleKind::drop) json["drops"].push_back(drop_to_json(obstacle));
   }
+}
 
-  /// A stream that breaks off ends it after what came before, as at its end; run() says so.
-  bool read_stream(StreamFrame& frame) {
-    try {
-      return stream_->read(frame);
-    } catch (const Failure& failure) {
-      stream_error_ = failure.what();
-      return false;
-    }
+nlohmann::ordered_json times_to_json(const FollowedFrame& frame) {
+  nlohmann::ordered_json json{{"decode", frame.decode_ms}, {"segment", frame.segmentation->timing.total_ms}};
+  if (frame.obstacles != nullptr) json["obstacles"] = frame.obstacles->total_ms;
+  json["track"] = frame.track_ms;
+  return json;
+}
+
+/// A frame's line.
+std::string line_of(const FollowedFrame& frame, bool warm_start) {
+  nlohmann::ordered_json json{{"frame", frame.number}, {"name", frame.name}};
+  json["timestamp_s"] = frame.timestamp_s ? nlohmann::ordered_json(*frame.timestamp_s) : nlohmann::ordered_json();
+  if (!frame.error.empty()) {
+    json["error"] = frame.error;
+    return to_text(json, -1);
   }
-
-  void load(Slot& slot) const {
-    if (stream_ != nullptr) return;
-    const auto start = std::chrono::steady_clock::now();
-    Result<io::Frame> frame = io::load_frame(input_->frames[slot.number]);
-    slot.decode_ms = milliseconds_since(start);
-    if (frame) {
-      slot.frame = *std::move(frame);
-    } else {
-      slot.error = frame.error().message;
-    }
+  json["pose"] = pose_to_json(*frame.tracked);
+  json["planes"] = nlohmann::ordered_json::array();
+  for (const TrackedPlane& plane : frame.tracked->planes) {
+    json["planes"].push_back(plane_to_json(plane, frame.segmentation->planes[static_cast<std::size_t>(plane.label - 1)]));
   }
+  if (frame.obstacles != nullptr) add_obstacles(json, *frame.tracked, *frame.obstacles);
+  if (warm_start) json["warm"] = frame.warm;
+  json["timing_ms"] = times_to_json(frame);
+  return to_text(json, -1);
+}
 
-  void follow(Slot& slot) {
-    progress_.step(slot.name);
-    nlohmann::ordered_json json{{"frame", slot.number}, {"name", slot.name}};
-    json["timestamp_s"] = slot.timestamp_s ? nlohmann::ordered_json(*slot.timestamp_s) : nlohmann::ordered_json();
-    if (slot.error.empty()) segment_and_track(slot, json);
-    if (!slot.error.empty()) {
-      if (command_.strict) throw Failure(slot.error);
-      progress_.clear();
-      log(fmt::format("frame {} is skipped: {}", slot.number, slot.error));
-      json["error"] = slot.error;
-      ++skipped_;
-    }
-    slot.line = to_text(json, -1);
+void summarise(const FollowTotals& totals, bool warm_start) {
+  const auto followed = static_cast<double>(totals.followed());
+  std::string text = fmt::format(
+      "{} frames in {:.2f} s, {:.1f} frames a second from end to end; medians of a frame: {:.2f} ms decoding, {:.2f} ms "
+      "segmenting and tracking",
+      totals.followed(), 1e-3 * totals.total_ms, 1e3 * followed / totals.total_ms, median(totals.decode_ms),
+      median(totals.work_ms));
+  if (warm_start) {
+    text += fmt::format("; segmenting alone: {:.2f} ms from cold ({} frames), {:.2f} ms with a warm start ({})",
+                        median(totals.cold_ms), totals.cold_ms.size(), median(totals.warm_ms), totals.warm_ms.size());
   }
+  log(text + (totals.skipped > 0 ? fmt::format("; {} skipped", totals.skipped) : ""));
+}
 
-  void segment_and_track(Slot& slot, nlohmann::ordered_json& json) {
-    const DepthView depth = stream_ != nullptr ? stream_->view(slot.stream) : slot.frame.view();
-    const Camera& camera = stream_ != nullptr ? stream_->camera() : slot.frame.camera;
-    const auto fails = [&](const Status& status) {
-      if (!status) slot.error = fmt::format("{}: {}", slot.name, status.error().message);
-      return !status;
-    };
-    if (fails(fransac::segment(depth, camera, options_, workspace_, segmentation_))) return;
-    const bool with_obstacles = command_.obstacles.asked;
-    if (with_obstacles && fails(find_obstacles(depth, camera, segmentation_, {}, nullptr, obstacle_workspace_, obstacles_)))
-      return;
-    std::optional<Eigen::Isometry3d> pose;
-    if (!poses_.empty()) {
-      if (slot.timestamp_s) pose = io::pose_at(poses_, *slot.timestamp_s);
-      if (!pose) {
-        slot.error = fmt::format("{}: {} has no pose for its time", slot.name, command_.poses);
-        return;
-      }
-    }
-    const auto start = std::chrono::steady_clock::now();
-    if (fails(tracker_.update(segmentation_, with_obstacles ? &obstacles_ : nullptr, pose, tracked_))) return;
-    const double track_ms = milliseconds_since(start);
-    json["pose"] = pose_to_json(tracked_);
-    json["planes"] = nlohmann::ordered_json::array();
-    for (const TrackedPlane& plane : tracked_.planes) {
-      json["planes"].push_back(plane_to_json(plane, segmentation_.planes[static_cast<std::size_t>(plane.label - 1)]));
-    }
-    if (with_obstacles) {
-      json["objects"] = nlohmann::ordered_json::array();
-      for (const TrackedObject& object : tracked_.objects) {
-        json["objects"].push_back(object_to_json(object, obstacles_.obstacles[static_cast<std::size_t>(object.obstacle - 1)]));
-      }
-    }
-    json["timing_ms"] = {{"decode", slot.decode_ms}, {"segment", segmentation_.timing.total_ms}};
-    if (with_obstacles) json["timing_ms"]["obstacles"] = obstacles_.total_ms;
-    json["timing_ms"]["track"] = track_ms;
-    decode_ms_.push_back(slot.decode_ms);
-    work_ms_.push_back(segmentation_.timing.total_ms + (with_obstacles ? obstacles_.total_ms : 0.0) + track_ms);
-    ++done_;
+template <class Frames>
+void track(const TrackCommand& command, Frames& frames) {
+  const InterruptGuard guard;
+  Lines lines(command.json);
+  const FollowRequest& request = command.request;
+  const FollowHooks hooks{[&](const FollowedFrame& frame) { return line_of(frame, request.warm_start); },
+                          [&](const std::string& line) { lines.write(line); }, InterruptGuard::interrupted};
+  const FollowTotals totals = follow_frames(frames, request, hooks);
+  lines.finish();
+  if (totals.followed() > 0) summarise(totals, request.warm_start);
+  if (InterruptGuard::interrupted()) {
+    throw Failure(fmt::format("interrupted after {} frames", totals.followed() + totals.skipped));
   }
+}
 
-  void summarise(double total_ms) const {
-    log(fmt::format(
-        "{} frames in {:.2f} s, {:.1f} frames a second from end to end; medians of a frame: {:.2f} ms decoding, {:.2f} ms "
-        "segmenting and tracking{}",
-        done_, 1e-3 * total_ms, 1e3 * static_cast<double>(done_) / total_ms, median(decode_ms_), median(work_ms_),
-        skipped_ > 0 ? fmt::format("; {} skipped", skipped_) : ""));
-  }
-
-  const TrackCommand& command_;
-  const Input* input_;
-  DepthStream* stream_;
-  std::vector<io::TimedPose> poses_;
-  Lines lines_;
-  Progress progress_;
-  SegmentOptions options_;
-  Workspace workspace_;
-  Segmentation segmentation_;
-  ObstacleWorkspace obstacle_workspace_;
-  Obstacles obstacles_;
-  Tracker tracker_;
-  TrackedFrame tracked_;
-  std::vector<Slot> slots_;
-  std::string stream_error_;
-  std::size_t next_ = 0;
-  std::size_t done_ = 0;
-  std::size_t skipped_ = 0;
-  std::vector<double> decode_ms_;
-  std::vector<double> work_ms_;
-};
-
-void run_track(const TrackCommand& command) {
-  check_options(command.options);
-  check_options(command.obstacles.options);
+void run_track(TrackCommand& command) {
+  FollowRequest& request = command.request;
+  check_options(request.options);
+  check_options(request.obstacles.options);
+  check_options(request.track);
   check_document("--json", command.json);
-  check(validate(command.track));
-  if (command.options.method != Method::cells && command.options.method != Method::automatic) {
+  if (request.options.method != Method::cells && request.options.method != Method::automatic) {
     throw UsageError("--method: only cells gives the planes' covariances, which tracking needs");
   }
-  std::vector<io::TimedPose> poses;
-  if (!command.poses.empty()) poses = unwrap(io::read_trajectory(command.poses));
+  if (!request.poses_file.empty()) request.poses = unwrap(io::read_trajectory(request.poses_file));
   if (command.input == "-") {
     if (command.camera) throw UsageError("--camera: a stream says its camera in its first line");
     DepthStream stream(std::cin);
-    return Run(command, nullptr, &stream, std::move(poses)).run();
+    return track(command, stream);
   }
   const Input input = open_input(command.input, command.camera);
   if (!input.is_folder_of_frames()) throw UsageError(fmt::format("{}: not a folder of frames or a TUM sequence", command.input));
-  Run(command, &input, nullptr, std::move(poses)).run();
+  track(command, input.frames);
 }
 
 }  // namespace
 
 Command add_track(CLI::App& parent) {
   auto command = std::make_shared<TrackCommand>();
-  command->options.method = Method::cells;
-  command->options.threads = 0;
+  FollowRequest& request = command->request;
+  request.options.method = Method::cells;
+  request.options.threads = 0;
   CLI::App* const app = parent.add_subcommand(
       "track", "follow planes and objects through the frames of a moving camera; a line of JSON for each frame");
   app->add_option(
@@ -353,12 +234,15 @@ Command add_track(CLI::App& parent) {
   app->add_option("--json", command->json, "where the lines go, '-' for standard output")
       ->type_name("FILE")
       ->capture_default_str();
-  app->add_option("--poses", command->poses, "camera poses, a TUM trajectory such as groundtruth.txt; else they are estimated")
+  app->add_option("--poses", request.poses_file,
+                  "camera poses, a TUM trajectory such as groundtruth.txt; else they are estimated")
       ->type_name("FILE");
-  app->add_flag("--warm-start", command->warm_start, "look for the last frame's planes first: a little faster");
-  app->add_flag("--strict", command->strict, "stop at a frame that cannot be used instead of skipping it");
-  add_segment_options(*app, command->options);
-  add_obstacle_options(*app, command->obstacles, "follow objects on the support, too");
+  app->add_flag("--warm-start", request.warm_start,
+                fmt::format("look for the last frame's planes first, but in every {}th frame: a little faster", kColdEvery));
+  app->add_flag("--strict", request.strict, "stop at a frame that cannot be used instead of skipping it");
+  add_segment_options(*app, request.options);
+  add_track_options(*app, request.track);
+  add_obstacle_options(*app, request.obstacles, "follow objects on the support, too, and list drops");
   return {app, [command] { run_track(*command); }};
 }
 

@@ -95,18 +95,19 @@ void add_outlines(nlohmann::ordered_json& json, const Obstacles& found, const st
   json["free_space"] = outlines_to_json(free_space);
 }
 
-io::ColourImage obstacle_overlay(const DepthView& depth, const Segmentation& segmentation, const Obstacles& found,
+std::uint8_t colour_label(int number) { return static_cast<std::uint8_t>(kLabelFirst + (number - 1) % kMaxPlanes); }
+
+io::ColourImage obstacle_overlay(const DepthView& depth, std::vector<std::uint8_t> planes, std::span<const std::uint16_t> things,
                                  const io::ColourImage* background) {
-  std::vector<std::uint8_t> planes = segmentation.labels;
-  std::vector<std::uint8_t> things(planes.size(), kLabelNoPlane);
+  std::vector<std::uint8_t> labels(planes.size(), kLabelNoPlane);
   for (std::size_t i = 0; i < planes.size(); ++i) {
-    if (found.labels[i] == 0) continue;
+    if (things[i] == 0) continue;
     planes[i] = kLabelNoPlane;
-    things[i] = static_cast<std::uint8_t>(kLabelFirst + (found.labels[i] - 1) % kMaxPlanes);
+    labels[i] = colour_label(things[i]);
   }
   // What is on no plane, as the planes are for the second call, becomes pale.
   const io::ColourImage pale = io::overlay(depth, planes, background);
-  return io::overlay(depth, things, &pale);
+  return io::overlay(depth, labels, &pale);
 }
 
 }  // namespace fransac::cli

@@ -2,8 +2,10 @@
 /// Obstacles as text, JSON and pictures.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,8 +33,10 @@ nlohmann::ordered_json obstacles_to_json(const Obstacles& found);
 void add_outlines(nlohmann::ordered_json& json, const Obstacles& found, const std::vector<std::vector<Outline>>& of_planes,
                   const Camera& camera);
 
-/// Obstacles in distinct colours, planes pale.
-io::ColourImage obstacle_overlay(const DepthView& depth, const Segmentation& segmentation, const Obstacles& found,
+/// Obstacles in distinct colours, planes pale. `planes`: labels; `things`: a number per pixel that says the colour, 0 on none.
+io::ColourImage obstacle_overlay(const DepthView& depth, std::vector<std::uint8_t> planes, std::span<const std::uint16_t> things,
                                  const io::ColourImage* background);
+/// The label of the colour that a number from 1 has, for every number the same.
+std::uint8_t colour_label(int number);
 
 }  // namespace fransac::cli

@@ -12,6 +12,7 @@ namespace fransac::cli {
 namespace {
 
 constexpr const char* kGroup = "Parameters of the methods";
+constexpr const char* kTrackGroup = "Tracking";
 constexpr std::string_view kPlanes = "planes";  // the one option with a word, 'all', for a number: 0
 constexpr std::string_view kMethod = "method";
 constexpr std::string_view kSensorParam = "sensor-param";
@@ -258,6 +259,11 @@ void add_support(CLI::App& app, SupportChoice& support) {
       ->group(kObstacleGroup);
 }
 
+template <class Options>
+void check_valid(const Options& options) {
+  if (const Status status = validate(options); !status) throw UsageError(status.error().message);
+}
+
 struct ToJson {
   nlohmann::ordered_json& json;
 
@@ -344,6 +350,8 @@ void add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::st
   });
 }
 
+void add_track_options(CLI::App& app, TrackOptions& options) { for_each_track_option(options, AddFlag{app, kTrackGroup}); }
+
 SegmentOptions Runs::options_of(Method method) const {
   SegmentOptions chosen = options;
   chosen.method = method;
@@ -356,13 +364,9 @@ void add_runs(CLI::App& app, Runs& runs, int max_repeat, const std::string& repe
   add_segment_options(app, runs.options, &runs.methods);
 }
 
-void check_options(const SegmentOptions& options) {
-  if (const Status status = validate(options); !status) throw UsageError(status.error().message);
-}
-
-void check_options(const ObstacleOptions& options) {
-  if (const Status status = validate(options); !status) throw UsageError(status.error().message);
-}
+void check_options(const SegmentOptions& options) { check_valid(options); }
+void check_options(const ObstacleOptions& options) { check_valid(options); }
+void check_options(const TrackOptions& options) { check_valid(options); }
 
 nlohmann::ordered_json options_to_json(const SegmentOptions& options) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Command line flags and JSON made from `for_each_option` and `for_each_obstacle_option`, so that names, ranges, help texts and
-/// defaults stand once.
+/// Command line flags and JSON made from `for_each_option`, `for_each_obstacle_option` and `for_each_track_option`, so that
+/// names, ranges, help texts and defaults stand once.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -16,6 +16,7 @@
 #include "errors.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/options.hpp"
+#include "fransac/track/tracker.hpp"
 
 namespace fransac::cli {
 
@@ -83,6 +84,9 @@ inline constexpr const char* kObstacleGroup = "Obstacles";
 /// `app` and `request` must outlive the parsing.
 void add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::string& help);
 
+/// Adds a flag for each option of the tracker.
+void add_track_options(CLI::App& app, TrackOptions& options);
+
 /// Which methods run, how often and with which options: what the commands that compare methods have in common.
 struct Runs {
   explicit Runs(int times, std::vector<Method> compared = {Method::automatic}) : methods(std::move(compared)), repeat(times) {}
@@ -102,6 +106,7 @@ void add_runs(CLI::App& app, Runs& runs, int max_repeat, const std::string& repe
 /// Checks what single flags cannot, for example that limits are in order. Throws UsageError.
 void check_options(const SegmentOptions& options);
 void check_options(const ObstacleOptions& options);
+void check_options(const TrackOptions& options);
 
 /// All option values by name; null where the method decides.
 nlohmann::ordered_json options_to_json(const SegmentOptions& options);

@@ -13,6 +13,7 @@
 
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/options.hpp"
+#include "fransac/track/tracker.hpp"
 
 namespace fransac {
 namespace {
@@ -80,11 +81,25 @@ TEST(Help, EveryCommandThatSegmentsTakesTheSameOptions) {
 }
 
 TEST(Help, CommandsThatFindObstaclesShowTheirOptionsWithDefaultUnitAndText) {
-  for (const char* command : {"segment", "evaluate"}) {
+  for (const char* command : {"segment", "evaluate", "track", "report"}) {
     const std::string help = output_of(fmt::format("{} --help", command));
     EXPECT_NE(entry_of(help, "support").find("default: auto]"), std::string::npos);
     ObstacleOptions options;
     for_each_obstacle_option(options, [&](const OptionInfo& info, const auto& value) {
+      SCOPED_TRACE(fmt::format("{} {}", command, info.name));
+      const std::string entry = entry_of(help, info.name);
+      EXPECT_NE(entry.find(fmt::format("[{}; ", info.unit)), std::string::npos) << entry;
+      EXPECT_NE(entry.find(fmt::format("default: {}]", value)), std::string::npos) << entry;
+      EXPECT_NE(entry.find(info.help.substr(0, 20)), std::string::npos) << entry;
+    });
+  }
+}
+
+TEST(Help, CommandsThatFollowSequencesShowTheTrackersOptionsWithDefaultUnitAndText) {
+  for (const char* command : {"track", "report"}) {
+    const std::string help = output_of(fmt::format("{} --help", command));
+    TrackOptions options;
+    for_each_track_option(options, [&](const OptionInfo& info, const auto& value) {
       SCOPED_TRACE(fmt::format("{} {}", command, info.name));
       const std::string entry = entry_of(help, info.name);
       EXPECT_NE(entry.find(fmt::format("[{}; ", info.unit)), std::string::npos) << entry;

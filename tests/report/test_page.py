@@ -13,21 +13,9 @@ import xml.etree.ElementTree as xml
 from base64 import b64decode
 
 import pages
+from pages import parse, text, with_class
 
 TIMES = ("fps", "median_ms")
-
-
-def parse(path):
-    """As XML, which is stricter than HTML: every element closed, every attribute quoted, nothing left unescaped."""
-    return xml.parse(path).getroot()
-
-
-def with_class(root, name):
-    return [element for element in root.iter() if name in element.get("class", "").split()]
-
-
-def text(element):
-    return "".join(element.itertext()).strip()
 
 
 def cells(table):

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
+#include "style.hpp"
+
 namespace fransac::cli::report {
 namespace {
 
@@ -51,6 +53,26 @@ std::string css_colour(const Colour& colour) { return fmt::format("rgb({},{},{})
 
 std::string swatch(const Colour& colour) {
   return fmt::format("<span class=\"swatch\" style=\"background: {}\"></span>", css_colour(colour));
+}
+
+std::string figure(const Picture& picture, std::string_view legend) {
+  return fmt::format(
+      "<figure><img src=\"{}\" alt=\"{}\" width=\"{}\" height=\"{}\" decoding=\"async\"/>"
+      "<figcaption>{}{}{}</figcaption></figure>\n",
+      picture.uri, escape(picture.alt), picture.width, picture.height, escape(picture.title), legend,
+      picture.note.empty() ? "" : fmt::format(" <small>{}</small>", escape(picture.note)));
+}
+
+std::string plot_figure(std::string_view title, std::string_view note, std::string_view svg) {
+  return fmt::format("<figure><figcaption>{} <small>{}</small></figcaption>\n{}</figure>\n", escape(title), escape(note), svg);
+}
+
+std::string document(std::string_view title, std::string_view body) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n<style>{}</style>\n</head>\n"
+      "<body>\n{}</body>\n</html>\n",
+      escape(title), kStyle, body);
 }
 
 HtmlTable::HtmlTable(std::string_view caption, std::vector<std::string> headings, std::string attributes) {

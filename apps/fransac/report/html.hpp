@@ -24,6 +24,22 @@ using Colour = std::array<std::uint8_t, 3>;
 std::string swatch(const Colour& colour);
 std::string css_colour(const Colour& colour);
 
+struct Picture {
+  std::string title;
+  std::string note;  ///< May be empty.
+  std::string alt;
+  std::string uri;
+  int width = 0;
+  int height = 0;
+};
+/// A picture over its title, `legend` (markup) and note.
+std::string figure(const Picture& picture, std::string_view legend = {});
+/// A plot under its title and a note.
+std::string plot_figure(std::string_view title, std::string_view note, std::string_view svg);
+
+/// A whole page: `body` is markup, the title is not.
+std::string document(std::string_view title, std::string_view body);
+
 /// A table whose first column and first row are headings.
 class HtmlTable {
  public:

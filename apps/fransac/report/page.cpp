@@ -12,7 +12,6 @@
 #include "html.hpp"
 #include "pictures.hpp"
 #include "plots.hpp"
-#include "style.hpp"
 
 namespace fransac::cli::report {
 namespace {
@@ -119,10 +118,6 @@ std::string scene_tables(const DatasetReport& dataset, bool open) {
   return html + "</div></details>\n";
 }
 
-std::string plot(const std::string& title, const std::string& note, const std::string& svg) {
-  return fmt::format("<figure><figcaption>{} <small>{}</small></figcaption>\n{}</figure>\n", escape(title), escape(note), svg);
-}
-
 std::string fps_plot(const DatasetReport& dataset) {
   std::vector<std::string> scenes;
   std::vector<Series> series;
@@ -132,7 +127,8 @@ std::string fps_plot(const DatasetReport& dataset) {
     for (std::size_t m = 0; m < series.size(); ++m) series[m].values.push_back(scene.rows[m].scores[Quantity::fps]);
   }
   const std::string title = "Frames per second, scene by scene";
-  return plot(title, "As the paper's figure 4; logarithmic.", line_plot(title, {"frames per second", true, 1}, scenes, series));
+  return plot_figure(title, "As the paper's figure 4; logarithmic.",
+                     line_plot(title, {"frames per second", true, 1}, scenes, series));
 }
 
 std::string accuracy_bars(const DatasetReport& dataset) {
@@ -144,7 +140,7 @@ std::string accuracy_bars(const DatasetReport& dataset) {
     for (std::size_t m = 0; m < series.size(); ++m) series[m].values.push_back(dataset.means[m].scores[quantity]);
   }
   const std::string title = "Precision, recall and F1";
-  return plot(title, "Of the dominant plane; means over the scenes.", share_bars(title, quantities, series));
+  return plot_figure(title, "Of the dominant plane; means over the scenes.", share_bars(title, quantities, series));
 }
 
 std::string accuracy_against_speed(const DatasetReport& dataset) {
@@ -158,8 +154,8 @@ std::string accuracy_against_speed(const DatasetReport& dataset) {
     clouds.push_back(std::move(cloud));
   }
   const std::string title = "Accuracy against speed";
-  return plot(title, "Large marks: means; pale: scenes. Up and to the right is better.",
-              scatter_plot(title, {"frames per second", true, 1}, {"F1", false, 4}, clouds));
+  return plot_figure(title, "Large marks: means; pale: scenes. Up and to the right is better.",
+                     scatter_plot(title, {"frames per second", true, 1}, {"F1", false, 4}, clouds));
 }
 
 std::string stage_plot(const DatasetReport& dataset) {
@@ -169,8 +165,8 @@ std::string stage_plot(const DatasetReport& dataset) {
     for (const Row& row : dataset.means) stages.back().values.emplace_back(row.stage_ms[s]);
   }
   const std::string title = "Time by stage";
-  return plot(title, "Medians per scene, averaged over the scenes.",
-              stacked_bars(title, {"milliseconds", false, 2}, method_names(dataset.means), stages));
+  return plot_figure(title, "Medians per scene, averaged over the scenes.",
+                     stacked_bars(title, {"milliseconds", false, 2}, method_names(dataset.means), stages));
 }
 
 bool judged(const DatasetReport& dataset) { return present(dataset.means, Quantity::f1); }
@@ -197,14 +193,6 @@ std::string depth_legend(const io::DepthRange& range) {
   return fmt::format(
       "<span class=\"ramp\" style=\"background: linear-gradient(to right{})\"></span><span class=\"ticks\">{}</span>", stops,
       ticks);
-}
-
-std::string figure(const Picture& picture, const std::string& legend = {}) {
-  return fmt::format(
-      "<figure><img src=\"{}\" alt=\"{}\" width=\"{}\" height=\"{}\" decoding=\"async\"/>"
-      "<figcaption>{}{}{}</figcaption></figure>\n",
-      picture.uri, escape(picture.alt), picture.width, picture.height, escape(picture.title), legend,
-      picture.note.empty() ? "" : fmt::format(" <small>{}</small>", escape(picture.note)));
 }
 
 std::string gallery(const std::string& title, const std::vector<Picture>& pictures, const io::DepthRange& range) {
@@ -275,11 +263,19 @@ std::string truth_text(const DatasetReport& dataset) {
   return text;
 }
 
+std::string sequence_link(const SequenceLink& sequence, std::size_t compared) {
+  std::string html = fmt::format("<p class=\"sequence\"><a href=\"{}\">The sequence over time</a>: {}.", escape(sequence.file),
+                                 escape(sequence.gist));
+  if (compared < sequence.frames) html += fmt::format(" The methods are compared on {} of its frames, evenly chosen.", compared);
+  return html + "</p>\n";
+}
+
 std::string dataset_section(const DatasetReport& dataset, const Report& report, std::size_t number) {
   std::string html = fmt::format("<section class=\"dataset\" id=\"dataset{}\">\n<h2>{}</h2>\n", number, escape(dataset.name));
   html += fmt::format("<p class=\"facts\">{} scene{}{}</p>\n<p>{}</p>\n", dataset.scenes.size(),
                       dataset.scenes.size() == 1 ? "" : "s", dataset.sensor.empty() ? "" : ", sensor: " + escape(dataset.sensor),
                       escape(truth_text(dataset)));
+  if (dataset.sequence) html += sequence_link(*dataset.sequence, dataset.scenes.size());
   html += method_table("Means over the scenes", "class=\"of-means\"", dataset.means) + plots(dataset);
   html += "<h3>Scene by scene</h3>\n" + scene_tables(dataset, dataset.scenes.size() <= report.open_scenes);
   html += "<h3>Pictures</h3>\n<p class=\"note\">";
@@ -294,28 +290,6 @@ std::string dataset_section(const DatasetReport& dataset, const Report& report, 
     html += scene_section(dataset.scenes[i], fmt::format("dataset{}-scene{}", number, i + 1), i < report.open_scenes);
   }
   return html + "</section>\n";
-}
-
-std::string option_text(const nlohmann::ordered_json& value) {
-  if (value.is_null()) return "by method";
-  if (value.is_string()) return value.get<std::string>();
-  if (!value.is_object()) return value.dump();
-  std::string chosen;
-  for (const auto& [name, part] : value.items()) {
-    if (!part.is_null()) chosen += fmt::format("{}{}={}", chosen.empty() ? "" : " ", name, part.dump());
-  }
-  return chosen.empty() ? "by sensor" : chosen;
-}
-
-/// "threshold 0.01, leaf-size 0.02, …": what all methods ran with.
-std::string options_text(const SegmentOptions& options) {
-  std::string text;
-  const auto json = options_to_json(options);
-  for (const auto& [name, value] : json.items()) {
-    if (name == "method") continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, option_text(value));
-  }
-  return text;
 }
 
 std::string contents(const Report& report) {
@@ -343,18 +317,35 @@ std::string introduction(const Report& report) {
   return html + contents(report) + "</header>\n";
 }
 
+std::string option_text(const nlohmann::ordered_json& value) {
+  if (value.is_null()) return "by method";
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_object()) return value.dump();
+  std::string chosen;
+  for (const auto& [name, part] : value.items()) {
+    if (!part.is_null()) chosen += fmt::format("{}{}={}", chosen.empty() ? "" : " ", name, part.dump());
+  }
+  return chosen.empty() ? "by sensor" : chosen;
+}
+
 }  // namespace
 
+std::string options_text(const SegmentOptions& options) {
+  std::string text;
+  const auto json = options_to_json(options);
+  for (const auto& [name, value] : json.items()) {
+    if (name == "method") continue;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, option_text(value));
+  }
+  return text;
+}
+
 std::string page(const Report& report) {
-  std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n";
-  html +=
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>Planes in depth frames</title>\n<style>";
-  html += kStyle;
-  html += "</style>\n</head>\n<body>\n" + introduction(report) + "<main>\n";
-  for (std::size_t i = 0; i < report.datasets.size(); ++i) html += dataset_section(report.datasets[i], report, i + 1);
-  html += fmt::format("</main>\n<footer><p>Options of all methods: {}.</p></footer>\n</body>\n</html>\n",
-                      escape(options_text(report.runs.options)));
-  return html;
+  std::string body = introduction(report) + "<main>\n";
+  for (std::size_t i = 0; i < report.datasets.size(); ++i) body += dataset_section(report.datasets[i], report, i + 1);
+  body +=
+      fmt::format("</main>\n<footer><p>Options of all methods: {}.</p></footer>\n", escape(options_text(report.runs.options)));
+  return document("Planes in depth frames", body);
 }
 
 }  // namespace fransac::cli::report

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The page of a report: one file that needs no network and no script.
+/// The first page of a report. Each page is one file that needs no network and no script.
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,12 +13,20 @@
 
 namespace fransac::cli::report {
 
+/// A sequence's own page.
+struct SequenceLink {
+  std::string file;  ///< Beside this page.
+  std::string gist;  ///< What it shows, in a line.
+  std::size_t frames = 0;
+};
+
 struct DatasetReport {
   std::string name;
   io::Truth truth = io::Truth::none;
   std::string sensor;
   std::vector<Scene> scenes;
   std::vector<Row> means;  ///< One per method.
+  std::optional<SequenceLink> sequence{};
 };
 
 struct Report {
@@ -28,5 +37,8 @@ struct Report {
 };
 
 std::string page(const Report& report);
+
+/// "threshold 0.01, leaf-size 0.02, …": all options but the method.
+std::string options_text(const SegmentOptions& options);
 
 }  // namespace fransac::cli::report

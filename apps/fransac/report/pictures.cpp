@@ -7,7 +7,9 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <utility>
 
+#include "../errors.hpp"
 #include "fransac/core/labels.hpp"
 #include "fransac/core/point_cloud.hpp"
 #include "fransac/filter/deproject.hpp"
@@ -261,6 +263,11 @@ io::ColourImage shrunk(io::ColourImage image, int width) {
     }
   }
   return small;
+}
+
+Picture picture(const std::string& title, const std::string& alt, const std::string& note, io::ColourImage image, int width) {
+  image = shrunk(std::move(image), width);
+  return {title, note, alt, png_uri(unwrap(io::encode_png(image))), image.width, image.height};
 }
 
 }  // namespace fransac::cli::report

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "fransac/core/camera.hpp"
@@ -36,6 +37,9 @@ io::ColourImage difference_picture(std::span<const std::uint8_t> truth, std::spa
 /// The predicted labels, each renamed to the true plane that most of it lies on (every true plane once, the larger plane
 /// first), else to a label the truth does not have: the same colour then means the same plane.
 std::vector<std::uint8_t> named_like(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted);
+
+/// A picture for a page, `width` pixels wide at most. Throws Failure.
+Picture picture(const std::string& title, const std::string& alt, const std::string& note, io::ColourImage image, int width);
 
 /// Box-filtered down to `width`; pictures that are no wider stay as they are.
 io::ColourImage shrunk(io::ColourImage image, int width);

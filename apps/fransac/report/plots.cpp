@@ -332,4 +332,78 @@ std::string scatter_plot(const std::string& title, const Axis& x, const Axis& y,
   return svg + "</svg>\n";
 }
 
+std::string histogram(const std::string& title, const std::string& x, const std::string& counted,
+                      const std::vector<double>& values, const std::vector<Mark>& marks) {
+  constexpr double kLeft = 58.0;
+  constexpr double kBottom = kHeight - 46.0;
+  constexpr double kBars = 30.0;
+  constexpr double kBeyond = 1.5;  // times the highest mark; what is slower still is counted together
+  double highest = 1e-6;
+  for (const Mark& mark : marks) highest = std::max(highest, kBeyond * mark.at);
+  const double longest_value = values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+  const double step = Scale::round_step(std::min(highest, std::max(longest_value, 1e-6)) / kBars);
+  const auto bars = static_cast<std::size_t>(std::ceil(std::min(highest, longest_value * 1.001) / step)) + 1;
+  std::vector<double> counts(bars, 0.0);
+  for (const double value : values) ++counts[std::min(static_cast<std::size_t>(value / step), bars - 1)];
+  const Scale across({0.0, step * static_cast<double>(bars)}, kLeft, kRight, false);
+  const double tallest = *std::max_element(counts.begin(), counts.end());
+  constexpr double kLeastTall = 3.0;  // ticks at whole numbers
+  const Scale up({0.0, std::max(tallest * 1.05, kLeastTall)}, kBottom, kTop, false);
+  std::string svg = open_svg(title) + y_axis(up, counted, kLeft, kBottom) + x_axis(across, x, kLeft, kBottom);
+  for (std::size_t i = 0; i < bars; ++i) {
+    if (counts[i] == 0.0) continue;
+    const double from = step * static_cast<double>(i);
+    const std::string to = i + 1 == bars && longest_value > step * static_cast<double>(bars) ? "more" : number(from + step);
+    svg += rectangle(across(from) + 0.5, up(counts[i]), across(step) - kLeft - 1.0, kBottom - up(counts[i]), "s1",
+                     fmt::format("{} to {} {}: {:.0f} {}", number(from), to, x, counts[i], counted));
+  }
+  for (std::size_t m = 0; m < marks.size(); ++m) {
+    const double at = across(marks[m].at);
+    const double y = 18.0 + 14.0 * static_cast<double>(m);  // one above the other: they can be close
+    const bool left = at > 0.5 * (kLeft + kRight);
+    svg += line(at, y - 10.0, at, kBottom, "told");
+    svg += text(at + (left ? -5.0 : 5.0), y, left ? "end" : "start", fmt::format("{} {:.2f}", marks[m].name, marks[m].at));
+  }
+  return svg + "</svg>\n";
+}
+
+std::string path_plot(const std::string& title, const std::string& x, const std::string& y, const std::vector<Dot>& points,
+                      const std::vector<Arrow>& arrows) {
+  constexpr double kLeft = 58.0;
+  constexpr double kBottom = kHeight - 46.0;
+  constexpr double kLeast = 0.1;  // metres: a camera that stands still has a plot, too
+  constexpr double kAir = 1.15;
+  constexpr double kStroke = 16.0;
+  Range wide{points.front().x, points.front().x};
+  Range tall{points.front().y, points.front().y};
+  for (const Dot& point : points) {
+    wide = {std::min(wide.min, point.x), std::max(wide.max, point.x)};
+    tall = {std::min(tall.min, point.y), std::max(tall.max, point.y)};
+  }
+  const double unit = kAir * std::max({kLeast / (kBottom - kTop), (wide.max - wide.min) / (kRight - kLeft),
+                                       (tall.max - tall.min) / (kBottom - kTop)});
+  const auto around = [&](const Range& range, double length) {
+    const double middle = 0.5 * (range.min + range.max);
+    return Range{middle - 0.5 * length * unit, middle + 0.5 * length * unit};
+  };
+  const Scale across(around(wide, kRight - kLeft), kLeft, kRight, false);
+  const Scale up(around(tall, kBottom - kTop), kBottom, kTop, false);
+  std::string svg = open_svg(title) + legend({"start", "end"}, true) + y_axis(up, y, kLeft, kBottom);
+  svg += x_axis(across, x, kLeft, kBottom);
+  for (const Arrow& arrow : arrows) {
+    const double from_x = across(arrow.at.x);
+    const double from_y = up(arrow.at.y);
+    svg += line(from_x, from_y, from_x + kStroke * arrow.towards.x, from_y - kStroke * arrow.towards.y, "stroke");
+  }
+  std::string path;
+  for (const Dot& point : points) path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", across(point.x), up(point.y));
+  svg += fmt::format("<path d=\"{}\" class=\"line s1\"/>\n", path);
+  const auto end = [&](const Dot& point, std::size_t i, const char* name) {
+    svg += mark(across(point.x), up(point.y), 5.0, i, fmt::format("{}: {:.2f}, {:.2f} m", name, point.x, point.y));
+  };
+  end(points.front(), 0, "start");
+  end(points.back(), 1, "end");
+  return svg + "</svg>\n";
+}
+
 }  // namespace fransac::cli::report

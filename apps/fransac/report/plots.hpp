@@ -44,4 +44,22 @@ struct Cloud {
 /// y up to 1 against x; the scale of y begins below the lowest dot, not always at 0.
 std::string scatter_plot(const std::string& title, const Axis& x, const Axis& y, const std::vector<Cloud>& clouds);
 
+/// A value told by a line through a plot.
+struct Mark {
+  std::string name;
+  double at = 0.0;
+};
+/// How many values fall where, from 0 on; few values far above the highest mark are counted together in the last bar.
+std::string histogram(const std::string& title, const std::string& x, const std::string& counted,
+                      const std::vector<double>& values, const std::vector<Mark>& marks);
+
+/// A short stroke; `towards` is of length 1 at most.
+struct Arrow {
+  Dot at;
+  Dot towards;
+};
+/// A way with its start and its end, in the same scale along both axes.
+std::string path_plot(const std::string& title, const std::string& x, const std::string& y, const std::vector<Dot>& points,
+                      const std::vector<Arrow>& arrows);
+
 }  // namespace fransac::cli::report

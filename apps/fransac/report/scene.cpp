@@ -15,11 +15,6 @@
 namespace fransac::cli::report {
 namespace {
 
-Picture picture(const std::string& title, const std::string& alt, const std::string& note, io::ColourImage image, int width) {
-  image = shrunk(std::move(image), width);
-  return {title, note, alt, png_uri(unwrap(io::encode_png(image))), image.width, image.height};
-}
-
 /// The method whose planes the cloud shows where there is no truth: one that returns them all if there is one, else the paper's.
 std::size_t method_to_show(std::span<const Segmentation> segmentations) {
   for (const Method wanted : {Method::cells, Method::fransac}) {

@@ -11,17 +11,9 @@
 #include "../evaluation.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/io/overlay.hpp"
+#include "html.hpp"
 
 namespace fransac::cli::report {
-
-struct Picture {
-  std::string title;
-  std::string note;  ///< May be empty.
-  std::string alt;
-  std::string uri;
-  int width = 0;
-  int height = 0;
-};
 
 /// A plane that a method found.
 struct FoundPlane {

@@ -23,7 +23,7 @@ body { margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 s
 header, main, footer { max-width: 1240px; margin: 0 auto; padding: 0 24px; }
 header { padding-top: 36px; }
 footer { padding-top: 12px; padding-bottom: 48px; color: var(--faint); font-size: 14px; }
-h1 { font-size: 32px; line-height: 1.2; letter-spacing: -0.01em; margin: 0 0 6px; }
+h1 { overflow-wrap: anywhere; font-size: 32px; line-height: 1.2; letter-spacing: -0.01em; margin: 0 0 6px; }
 h2 { font-size: 24px; line-height: 1.25; margin: 48px 0 6px; padding-top: 20px; border-top: 2px solid var(--rule); overflow-wrap: anywhere; }
 h3 { font-size: 19px; margin: 32px 0 8px; }
 .fold summary { font-size: 15px; }
@@ -57,6 +57,8 @@ svg .grid { stroke: var(--rule); stroke-width: 1; }
 svg .line { fill: none; stroke-width: 1.8; opacity: 0.75; }
 svg .mark { stroke: var(--panel); stroke-width: 1; }
 svg .pale { opacity: 0.4; }
+svg .told { stroke: var(--ink); stroke-width: 1; stroke-dasharray: 4 3; }
+svg .stroke { stroke: var(--s5); stroke-width: 1.5; }
 .s1 { fill: var(--s1); } .s2 { fill: var(--s2); } .s3 { fill: var(--s3); } .s4 { fill: var(--s4); } .s5 { fill: var(--s5); } .s6 { fill: var(--s6); }
 .line.s1 { stroke: var(--s1); } .line.s2 { stroke: var(--s2); } .line.s3 { stroke: var(--s3); } .line.s4 { stroke: var(--s4); } .line.s5 { stroke: var(--s5); } .line.s6 { stroke: var(--s6); }
 .part-s1 { fill: var(--p1); } .part-s2 { fill: var(--p2); } .part-s3 { fill: var(--p3); } .part-s4 { fill: var(--p4); } .part-s5 { fill: var(--p5); } .part-s6 { fill: var(--p6); } .part-s7 { fill: var(--p7); } .part-s8 { fill: var(--p8); }
@@ -70,6 +72,10 @@ details > :last-child { margin-bottom: 26px; }
 .pictures img { display: block; width: 100%; height: auto; border-radius: 6px; background: #101014; }
 .pictures figcaption { font-size: 14px; font-weight: 600; line-height: 1.35; padding-top: 5px; }
 .pictures figcaption small { font-weight: 400; display: block; font-size: 13px; }
+.thumbnails { grid-template-columns: repeat(auto-fill, minmax(min(30%, 170px), 1fr)); }
+.timeline .time { width: 60%; min-width: 140px; padding: 4px 10px; }
+.timeline .ticks { color: inherit; }
+.timeline svg { width: 100%; height: 14px; background: var(--panel); border-radius: 2px; }
 .ramp { display: block; height: 9px; border-radius: 3px; margin: 3px 0 1px; }
 .ticks { display: flex; justify-content: space-between; font-weight: 400; font-size: 12px; color: var(--faint); font-variant-numeric: tabular-nums; }
 @media (max-width: 640px) { header, main, footer { padding-left: 14px; padding-right: 14px; } h1 { font-size: 26px; } h2 { font-size: 21px; } .plots figure { padding: 10px 6px 4px; } .pictures { gap: 10px; } svg text { font-size: 13px; } }
