@@ -73,26 +73,23 @@ Rectangle along(const Points& points, const Eigen::Vector2d& direction) {
 }  // namespace
 
 void Footprint::add(const Eigen::Vector2d& point) {
-  static const std::array<Eigen::Vector2d, kDirections> kCompass = [] {
-    std::array<Eigen::Vector2d, kDirections> compass;
-    for (std::size_t k = 0; k < kDirections; ++k) {
-      const double angle = std::numbers::pi * static_cast<double>(k) / kDirections;
-      compass[k] = {std::cos(angle), std::sin(angle)};
-    }
-    return compass;
-  }();
-  for (std::size_t k = 0; k < kDirections; ++k) {
-    const double reach = point.dot(kCompass[k]);
-    if (reach > extremes_[2 * k].reach) extremes_[2 * k] = {reach, point};
-    if (-reach > extremes_[2 * k + 1].reach) extremes_[2 * k + 1] = {-reach, point};
+  static const Reaches kCosines = Reaches::LinSpaced(0.0, std::numbers::pi * (kDirections - 1) / kDirections).cos();
+  static const Reaches kSines = Reaches::LinSpaced(0.0, std::numbers::pi * (kDirections - 1) / kDirections).sin();
+  const Reaches reach = point.x() * kCosines + point.y() * kSines;
+  if (!(reach > most_).any() && !(reach < least_).any()) return;  // most are within what was seen before
+  for (Eigen::Index k = 0; k < kDirections; ++k) {
+    if (reach[k] > most_[k]) extremes_[static_cast<std::size_t>(2 * k)] = point;
+    if (reach[k] < least_[k]) extremes_[static_cast<std::size_t>(2 * k + 1)] = point;
   }
+  most_ = most_.max(reach);
+  least_ = least_.min(reach);
 }
 
 /// One side of the least rectangle lies on a side of the hull (Freeman and Shapira, "Determining the minimum-area encasing
 /// rectangle for an arbitrary closed curve", CACM 18(7), 1975).
 Rectangle Footprint::rectangle() const {
   Points points;
-  for (const Extreme& extreme : extremes_) points.push(extreme.point);
+  for (const Eigen::Vector2d& extreme : extremes_) points.push(extreme);
   const Points corners = hull(points);
   Rectangle best = along(corners, Eigen::Vector2d::UnitX());
   double least = std::numeric_limits<double>::infinity();

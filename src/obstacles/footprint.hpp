@@ -19,19 +19,21 @@ struct Rectangle {
 /// percent of a round thing's radius, at worst, a flat triangle's top, by a twentieth of its length.
 class Footprint {
  public:
-  static constexpr std::size_t kDirections = 16;  ///< Over half a turn;
-  static constexpr std::size_t kExtremes = 2 * kDirections;
+  static constexpr int kDirections = 16;  ///< Over half a turn;
+  static constexpr std::size_t kExtremes = 2 * std::size_t{kDirections};
+
+  Footprint() { extremes_.fill(Eigen::Vector2d::Zero()); }
 
   void add(const Eigen::Vector2d& point);
   /// The rectangle of least area around what was added; at least one point.
   [[nodiscard]] Rectangle rectangle() const;
 
  private:
-  struct Extreme {
-    double reach = -std::numeric_limits<double>::infinity();
-    Eigen::Vector2d point = Eigen::Vector2d::Zero();
-  };
-  std::array<Extreme, kExtremes> extremes_;
+  using Reaches = Eigen::Array<double, kDirections, 1>;
+
+  Reaches most_ = Reaches::Constant(-std::numeric_limits<double>::infinity());
+  Reaches least_ = Reaches::Constant(std::numeric_limits<double>::infinity());
+  std::array<Eigen::Vector2d, kExtremes> extremes_;  ///< Where they were seen, the most and the least of a direction in turn.
 };
 
 }  // namespace fransac::obstacles

@@ -301,10 +301,10 @@ class PixelLabeller {
   }
 
   /// What the cell's pixels may be on.
-  [[nodiscard]] Choice choose(int cell) const {
+  [[nodiscard]] Choice choose(int cell, int row) const {
     Choice choice;
     const std::uint16_t own = o_.of_cell[at(cell)];
-    choice.cell = cell;
+    choice.first_u = (cell - cells_.index(row, 0)) * cells_.side;
     choice.otherwise = own;
     choice.most = std::numeric_limits<float>::infinity();
     if (own != 0) add(cell, 0.0F, choice);
@@ -469,20 +469,21 @@ class RowLabeller {
     for (int i = cells_.index(row, 0); i < cells_.index(row, cells_.columns); ++i) {
       if (s_.above[at(i)] == 0) continue;
       if (labeller_.is_single(i)) {
-        o_.singles.push_back(i);
-      } else if (const Choice choice = labeller_.choose(i); choice.count > 0) {
+        o_.singles.push_back({i, (i - cells_.index(row, 0)) * cells_.side});
+      } else if (const Choice choice = labeller_.choose(i, row); choice.count > 0) {
         o_.choices.push_back(choice);
       }
     }
     for (int v = row * cells_.side; v < std::min((row + 1) * cells_.side, rows_.height()); ++v) {
-      for (const std::int32_t cell : o_.singles) label_single(cell, v);
+      for (const Objects::Single& single : o_.singles) label_single(single, v);
       if (o_.choices.empty()) continue;
       const Raw* const raw = rows_.row(v, buffer_).kept;
       for (const Choice& choice : o_.choices) label_mixed(choice, v, raw);
     }
-    for (const std::int32_t cell : o_.singles) {
-      const auto middle = [&](int index) { return (static_cast<float>(index) + 0.5F) * static_cast<float>(cells_.side) - 0.5F; };
-      sums_[o_.of_cell[at(cell)]].add(s_.above[at(cell)], 1.0F / s_.q[at(cell)], middle(cells_.column(cell)), middle(row));
+    const auto middle = [&](int first) { return static_cast<float>(first) + 0.5F * static_cast<float>(cells_.side - 1); };
+    for (const Objects::Single& single : o_.singles) {
+      sums_[o_.of_cell[at(single.cell)]].add(s_.above[at(single.cell)], 1.0F / s_.q[at(single.cell)], middle(single.first_u),
+                                             middle(row * cells_.side));
     }
   }
 
@@ -491,11 +492,10 @@ class RowLabeller {
   [[nodiscard]] std::size_t pixel(int u, int v) const { return at(v) * rows_.width() + at(u); }
   std::uint32_t* counts(std::uint16_t object) { return &o_.on_plane[object * (segmentation_.planes.size() + 1)]; }
 
-  void label_single(int cell, int v) {
-    const std::uint16_t object = o_.of_cell[at(cell)];
-    const int first = cells_.column(cell) * cells_.side;
-    const int end = std::min(first + cells_.side, static_cast<int>(rows_.width()));
-    int u = first;
+  void label_single(const Objects::Single& single, int v) {
+    const std::uint16_t object = o_.of_cell[at(single.cell)];
+    const int end = std::min(single.first_u + cells_.side, static_cast<int>(rows_.width()));
+    int u = single.first_u;
     for (; u + static_cast<int>(kernels::kQuad) <= end; u += static_cast<int>(kernels::kQuad)) {
       label_quad(side(u, v), &segmentation_.labels[pixel(u, v)], object, segmentation_.planes.size(), &labels_[pixel(u, v)],
                  counts(object));
@@ -511,8 +511,7 @@ class RowLabeller {
   }
 
   void label_mixed(const Choice& choice, int v, const Raw* raw) {
-    const int first = cells_.column(choice.cell) * cells_.side;
-    for (int u = first; u < std::min(first + cells_.side, static_cast<int>(rows_.width())); ++u) {
+    for (int u = choice.first_u; u < std::min(choice.first_u + cells_.side, static_cast<int>(rows_.width())); ++u) {
       if (*side(u, v) != kernels::kAbove) continue;
       const float z = static_cast<float>(raw[u]) * rows_.view().metres_per_unit();
       const std::uint16_t object = nearest_of(choice, u, v, 1.0F / z);

@@ -64,7 +64,7 @@ struct Surface {
 
 /// What each pixel of a cell may be on.
 struct Choice {
-  int cell = 0;
+  int first_u = 0;              ///< Of the cell, pixels.
   std::uint16_t otherwise = 0;  ///< Of a pixel that is near none, and
   float most = 0.0F;            ///< how far from one it may be.
   std::array<Surface, 5> surfaces;
@@ -109,7 +109,11 @@ struct Objects {
   std::vector<std::int32_t> parent;
   std::vector<std::int32_t> size;
   // Of one row of cells: those that are of one object, and the others.
-  std::vector<std::int32_t> singles;
+  struct Single {
+    std::int32_t cell;
+    std::int32_t first_u;
+  };
+  std::vector<Single> singles;
   std::vector<Choice> choices;
 };
 

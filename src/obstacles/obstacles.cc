@@ -69,14 +69,18 @@ class Describer {
   /// Where everything is, from the cells.
   void measure() {
     w_.extents.assign(at(w_.objects.count + w_.drops.count) + 1, {});
-    for (const std::int32_t cell : w_.objects.cells) {
-      const std::uint16_t number = w_.objects.of_cell[at(cell)];
-      if (number == 0) continue;
-      const float q = w_.sides.q[at(cell)];
-      add(cell, q, w_.objects.sigma[at(cell)] / (q * q), w_.extents[number]);
-    }
-    for (const std::int32_t cell : w_.drops.cells) {
-      add(cell, w_.sides.q_below[at(cell)], 0.0F, w_.extents[at(w_.objects.count) + w_.drops.of_cell[at(cell)]]);
+    const obstacles::CellImage& cells = w_.sides.cells;
+    for (int r = 0; r < cells.rows; ++r) {
+      for (int c = 0; c < cells.columns; ++c) {
+        const std::size_t cell = at(cells.index(r, c));
+        if (const std::uint16_t number = w_.objects.of_cell[cell]; number != 0) {
+          const float q = w_.sides.q[cell];
+          add(ray(r, c), q, w_.objects.sigma[cell] / (q * q), w_.extents[number]);
+        }
+        if (const std::uint16_t number = w_.drops.of_cell[cell]; number != 0) {
+          add(ray(r, c), w_.sides.q_below[cell], 0.0F, w_.extents[at(w_.objects.count) + number]);
+        }
+      }
     }
     // Nearest first.
     w_.order.resize(w_.extents.size() - 1);
@@ -118,19 +122,23 @@ class Describer {
   }
 
  private:
-  void add(int cell, float q, float sigma_m, Impl::Extent& extent) const {
-    const obstacles::CellImage& cells = w_.sides.cells;
+  /// Through the middle of a cell.
+  [[nodiscard]] Eigen::Vector3d ray(int row, int column) const {
+    const int side = w_.sides.cells.side;
+    const double u = (column + 0.5) * side - 0.5;
+    const double v = (row + 0.5) * side - 0.5;
+    return {(u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy, 1.0};
+  }
+
+  void add(const Eigen::Vector3d& ray, float q, float sigma_m, Impl::Extent& extent) const {
     const double z = 1.0 / static_cast<double>(q);
-    const double u = (cells.column(cell) + 0.5) * cells.side - 0.5;
-    const double v = (cells.row(cell) + 0.5) * cells.side - 0.5;
-    const Eigen::Vector3d ray((u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy, 1.0);
     const Eigen::Vector3d point = r_.ground.from_camera(z * ray);
     extent.footprint.add(point.head<2>());
     extent.low = std::min(extent.low, point.z());
     extent.high = std::max(extent.high, point.z());
     extent.nearest = std::min(extent.nearest, z * ray.norm());
     // A cell that stands on the support is half a cell above it, and what is noise there.
-    const double reach = cells.side * z / std::min(camera_.fx, camera_.fy) + options_.least_height_m +
+    const double reach = w_.sides.cells.side * z / std::min(camera_.fx, camera_.fy) + options_.least_height_m +
                          options_.height_sigmas * static_cast<double>(sigma_m) * std::abs(r_.support_plane.normal.dot(ray));
     extent.contact = extent.contact || point.z() <= reach;
   }
