@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "camera.hpp"
 
-#include <nanobind/operators.h>
+#include <nanobind/stl/string.h>
 
 #include <string>
-
 
 #include "bindings.hpp"
 #include "fransac/io/camera_json.hpp"
@@ -134,7 +133,7 @@ Raises
           nb::kw_only(), nb::arg("width"), nb::arg("height"), nb::arg("fx"), nb::arg("fy"), nb::arg("cx"), nb::arg("cy"),
           nb::arg("depth_scale") = Camera{}.depth_scale)
       .def_static(
-          "from_file", [](nb::handle path) { return camera_from_file(path); }, nb::arg("path"),
+          "from_file", [](nb::handle path) { return camera_from_file(path); }, nb::arg("path").none(),
           nb::sig("def from_file(path: str | os.PathLike[str]) -> Camera"),
           "Reads a camera.json, or returns the camera of the TUM RGB-D benchmark's 'freiburg1', 'freiburg2' or 'freiburg3'.\n\n"
           "Raises OSError for a file that cannot be read, ValueError for one whose content is wrong.")

@@ -86,7 +86,7 @@ void bind_evaluation(nb::module_& m) {
       .def_ro("planes", &Evaluation::planes, "All planes, matched by IoU.")
       .def("__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("evaluation")(self); },
            nb::sig("def __repr__(self) -> str"));
-  m.def("evaluate", &evaluate, nb::arg("truth"), nb::arg("predicted"), nb::kw_only(), nb::arg("min_share") = 0.005,
+  m.def("evaluate", &evaluate, nb::arg("truth").none(), nb::arg("predicted").none(), nb::kw_only(), nb::arg("min_share") = 0.005,
         nb::sig("def evaluate(truth: numpy.typing.NDArray[numpy.uint8], predicted: Segmentation | numpy.typing.NDArray[numpy.uint8], "
                 "*, min_share: float = 0.005) -> Evaluation"),
         R"(Compares labels with true labels.

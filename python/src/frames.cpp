@@ -127,7 +127,7 @@ PySynthFrame synthesise(nb::handle scene, nb::handle noise, nb::handle seed, nb:
 
 void bind_files(nb::module_& m) {
   nb::class_<io::FrameFiles>(m, "_FrameFiles", "Where a frame's files are; nothing is loaded yet.");
-  m.def("_list_frames", &list_frames, nb::arg("path"),
+  m.def("_list_frames", &list_frames, nb::arg("path").none(),
         nb::sig("def _list_frames(path: str | os.PathLike[str]) -> list[_FrameFiles]"));
   m.def("_load_frame", &load_frame, nb::arg("files"), nb::arg("camera") = nb::none(),
         nb::sig("def _load_frame(files: _FrameFiles, camera: " FRANSAC_CAMERA " | None = None) -> Frame"));

@@ -181,7 +181,7 @@ void bind_points(nb::module_& m) {
       .def("__repr__", [](const PyVoxelGrid& g) {
         return nb::str(("VoxelGrid of " + std::to_string(nb::len(g.counts)) + " leaves").c_str());
       });
-  m.def("voxel_grid", &voxel_grid_of, nb::arg("points"), nb::arg("leaf_size") = VoxelGridOptions{}.leaf_size_m, nb::arg("options"),
+  m.def("voxel_grid", &voxel_grid_of, nb::arg("points").none(), nb::arg("leaf_size") = VoxelGridOptions{}.leaf_size_m, nb::arg("options"),
         nb::sig(keep("def voxel_grid(points: numpy.typing.NDArray[typing.Any], leaf_size: float = " +
                      std::string(nb::repr(nb::float_(VoxelGridOptions{}.leaf_size_m)).c_str()) + ", *, " +
                      parameters(grid_keywords().list()) + ") -> VoxelGrid")),
@@ -219,7 +219,7 @@ Raises
                    nb::sig("def stop_reason(self) -> str"), "'confidence' or 'max_iterations'.")
       .def("__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("ransac")(self); },
            nb::sig("def __repr__(self) -> str"));
-  m.def("ransac", &ransac_of, nb::arg("points"), nb::arg("options"),
+  m.def("ransac", &ransac_of, nb::arg("points").none(), nb::arg("options"),
         nb::sig(keep("def ransac(points: numpy.typing.NDArray[typing.Any], *, " + parameters(ransac_keywords().list()) +
                      ") -> RansacResult")),
         keep(R"(The plane with the most support, by RANSAC (Fischler & Bolles 1981) with eq. 2 of Zeineldin & El-Fishawy as its stop.

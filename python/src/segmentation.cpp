@@ -272,7 +272,7 @@ void bind_plane(nb::module_& m) {
             for (std::size_t i = 0; i < cloud.size(); ++i) distances[i] = p.plane.signed_distance(cloud.point(i));
             return array_from(std::move(distances), points.shape());
           },
-          nb::arg("points"), nb::sig("def distance(self, points: numpy.typing.NDArray[typing.Any]) -> " FRANSAC_VECTOR),
+          nb::arg("points").none(), nb::sig("def distance(self, points: numpy.typing.NDArray[typing.Any]) -> " FRANSAC_VECTOR),
           "Signed distances of points, (N, 3) or (H, W, 3), in metres, positive on the camera's side; NaN where a point is not finite.")
       .def("__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("plane")(self); },
            nb::sig("def __repr__(self) -> str"));
@@ -418,7 +418,7 @@ void bind_segmentation(nb::module_& m) {
   const std::string method = "method: " + literal(EnumNames<Method>::values, std::size(EnumNames<Method>::values)) + " = 'auto'";
   const std::string options = "obstacles: bool = False, " + parameters(segment_keywords().list()) + ", " +
                               parameters(obstacle_keywords().list()) + ") -> Segmentation";
-  m.def("segment", &segment_depth, nb::arg("depth"), nb::arg("camera") = nb::none(), nb::arg("method") = "auto", nb::kw_only(),
+  m.def("segment", &segment_depth, nb::arg("depth").none(), nb::arg("camera") = nb::none(), nb::arg("method") = "auto", nb::kw_only(),
         nb::arg("obstacles") = false, nb::arg("options"),
         nb::sig(keep("def segment(depth: numpy.typing.NDArray[typing.Any], camera: " FRANSAC_CAMERA " | None = None, " + method +
                      ", *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, " + options)),
@@ -434,7 +434,7 @@ Parameters
     method: how planes are found; 'auto' is 'cells', every plane of the image.
     obstacles: whether to look for obstacles, too.
 )" + keyword_section() + kErrors));
-  m.def("segment_cloud", &segment_cloud, nb::arg("points"), nb::arg("method") = "auto", nb::kw_only(), nb::arg("obstacles") = false,
+  m.def("segment_cloud", &segment_cloud, nb::arg("points").none(), nb::arg("method") = "auto", nb::kw_only(), nb::arg("obstacles") = false,
         nb::arg("options"),
         nb::sig(keep("def segment_cloud(points: numpy.typing.NDArray[typing.Any], " + method + ", *, " + options)),
         keep(R"(Finds the planes of a point cloud, and on request its obstacles.
@@ -447,7 +447,7 @@ Parameters
         says otherwise.
     obstacles: whether to look for obstacles, too.
 )" + keyword_section() + kErrors));
-  m.def("_time_in_cpp", &time_in_cpp, nb::arg("depth"), nb::arg("camera"), nb::arg("repeat"),
+  m.def("_time_in_cpp", &time_in_cpp, nb::arg("depth").none(), nb::arg("camera"), nb::arg("repeat"),
         nb::sig("def _time_in_cpp(depth: numpy.typing.NDArray[typing.Any], camera: Camera, repeat: int) -> list[float]"),
         "Milliseconds of calls of the library itself, for benchmarks.");
 }
