@@ -4,11 +4,14 @@
 import base64
 from html import escape
 
-from ._core import Evaluation, Obstacle, Plane, RansacResult, Segmentation
+import numpy
+from numpy.typing import NDArray
+
+from ._core import Evaluation, Obstacle, Plane, RansacResult, Segmentation, png_of
 
 
-def _vector(values: object) -> str:
-    return "(" + ", ".join(f"{value:.3f}" for value in values) + ")"  # type: ignore[attr-defined]
+def _vector(values: NDArray[numpy.float64]) -> str:
+    return "(" + ", ".join(f"{value:.3f}" for value in values) + ")"
 
 
 def plane(p: Plane) -> str:
@@ -55,7 +58,7 @@ def html(s: Segmentation) -> str:
     """The picture, where there is one, beside a table of the planes."""
     picture = ""
     if s.camera is not None:
-        data = base64.b64encode(s._png()).decode("ascii")
+        data = base64.b64encode(png_of(s)).decode("ascii")
         picture = f'<img alt="planes" style="max-width:480px" src="data:image/png;base64,{data}">'
     head = "".join(f"<th>{name}</th>" for name in ("plane", "kind", "m²", "inliers", "rms mm", "normal", "d m"))
     rows = "".join(

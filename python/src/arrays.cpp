@@ -158,8 +158,12 @@ std::string shape_text(const Array& array) {
 Array import_array(const char* argument, nb::handle given, const char* expected) {
   Array array;
   if (!given.is_none() && nb::try_cast<Array>(given, array, false)) return array;
+  PyErr_Clear();  // of arrays that cannot be shared
   std::string got = nb::type_name(given.type()).c_str();
-  if (nb::hasattr(given, "dtype")) got += " of " + std::string(nb::str(given.attr("dtype")).c_str());
+  if (nb::hasattr(given, "dtype")) {
+    const nb::object dtype = given.attr("dtype");
+    got += " of " + std::string(nb::str(dtype).c_str());
+  }
   raise_type_error(std::string(argument) + ": expected " + expected + ", got " + got);
 }
 
@@ -204,9 +208,7 @@ PointsInput::PointsInput(const char* argument, nb::handle given)
 
 bool PointsInput::is_double() const { return holds<double>(array_); }
 
-Shape PointsInput::shape() const {
-  return array_.ndim() == 3 ? Shape{array_.shape(0), array_.shape(1)} : Shape{array_.shape(0)};
-}
+Shape PointsInput::shape() const { return array_.ndim() == 3 ? Shape{array_.shape(0), array_.shape(1)} : Shape{array_.shape(0)}; }
 
 void PointsInput::load(PointCloud& cloud) const {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();

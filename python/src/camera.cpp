@@ -110,7 +110,9 @@ Camera read_camera_keywords(const char* function, const nb::dict& kwargs, int wi
 }
 
 void bind_camera(nb::module_& m) {
-  nb::class_<Camera>(m, "Camera", R"(Pinhole intrinsics of a depth image. A pixel (u, v) of depth z lies at z * ((u - cx) / fx, (v - cy) / fy, 1): x right,
+  nb::class_<Camera>(
+      m, "Camera",
+      R"(Pinhole intrinsics of a depth image. A pixel (u, v) of depth z lies at z * ((u - cx) / fx, (v - cy) / fy, 1): x right,
 y down, z forward; pixel (0, 0) is the centre of the top left one. Cannot be changed; equal cameras have equal hashes.
 
 Parameters
@@ -146,12 +148,12 @@ Raises
       .def_ro("depth_scale", &Camera::depth_scale, "Raw units of integer depth per metre.")
       .def("to_dict", &to_dict, nb::sig("def to_dict(self) -> dict[str, float]"), "The fields by name, as camera.json has them.")
       .def("__repr__", &repr)
-      .def("__eq__", [](const Camera& a, nb::handle b) { return nb::isinstance<Camera>(b) && a == nb::cast<Camera>(b); },
-           nb::sig("def __eq__(self, other: object, /) -> bool"))
+      .def(
+          "__eq__", [](const Camera& a, nb::handle b) { return nb::isinstance<Camera>(b) && a == nb::cast<Camera>(b); },
+          nb::sig("def __eq__(self, other: object, /) -> bool"))
       .def("__hash__", [](const Camera& camera) {
-        return PyObject_Hash(nb::make_tuple(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
-                                            camera.depth_scale)
-                                 .ptr());
+        return PyObject_Hash(
+            nb::make_tuple(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, camera.depth_scale).ptr());
       });
 }
 

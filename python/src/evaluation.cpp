@@ -49,9 +49,13 @@ void bind_evaluation(nb::module_& m) {
       .def_ro("true_positives", &Detection::true_positives, "Pixels.")
       .def_ro("false_positives", &Detection::false_positives, "Pixels.")
       .def_ro("false_negatives", &Detection::false_negatives, "Pixels.")
-      .def("__repr__", [](const Detection& d) {
-        return nb::str("<Detection precision {:.3f}, recall {:.3f}, f1 {:.3f}>").attr("format")(d.precision(), d.recall(), d.f1());
-      }, nb::sig("def __repr__(self) -> str"));
+      .def(
+          "__repr__",
+          [](const Detection& d) {
+            return nb::str("<Detection precision {:.3f}, recall {:.3f}, f1 {:.3f}>")
+                .attr("format")(d.precision(), d.recall(), d.f1());
+          },
+          nb::sig("def __repr__(self) -> str"));
   nb::class_<InstanceMetrics::AtIou>(m, "PlanesAtIou", "Planes matched at one least IoU.")
       .def_ro("threshold", &InstanceMetrics::AtIou::threshold, "The least IoU of a match.")
       .def_ro("matched", &InstanceMetrics::AtIou::matched, "Pairs.")
@@ -59,10 +63,13 @@ void bind_evaluation(nb::module_& m) {
       .def_ro("recall", &InstanceMetrics::AtIou::recall, "Share of the true planes that are matched.")
       .def_ro("f1", &InstanceMetrics::AtIou::f1, "Harmonic mean.")
       .def_ro("mean_iou", &InstanceMetrics::AtIou::mean_iou, "Of the matched pairs; 0 without any.")
-      .def("__repr__", [](const InstanceMetrics::AtIou& a) {
-        return nb::str("<PlanesAtIou {}: {} matched, precision {:.3f}, recall {:.3f}, f1 {:.3f}>")
-            .attr("format")(a.threshold, a.matched, a.precision, a.recall, a.f1);
-      }, nb::sig("def __repr__(self) -> str"));
+      .def(
+          "__repr__",
+          [](const InstanceMetrics::AtIou& a) {
+            return nb::str("<PlanesAtIou {}: {} matched, precision {:.3f}, recall {:.3f}, f1 {:.3f}>")
+                .attr("format")(a.threshold, a.matched, a.precision, a.recall, a.f1);
+          },
+          nb::sig("def __repr__(self) -> str"));
   nb::class_<InstanceMetrics>(m, "PlaneMetrics", "Matches of predicted to true planes (EVOPS 2022, Hoover et al. 1996).")
       .def_ro("true_planes", &InstanceMetrics::true_planes, "Planes of the truth that count.")
       .def_ro("predicted_planes", &InstanceMetrics::predicted_planes, "Predicted planes that count.")
@@ -76,19 +83,25 @@ void bind_evaluation(nb::module_& m) {
       .def_ro("plane_pixel_f1", &InstanceMetrics::plane_pixel_f1, "F1 of 'on some plane' over the judged pixels.");
   nb::class_<Evaluation>(m, "Evaluation", "How well labels agree with the truth.")
       .def_ro("dominant", &Evaluation::dominant, "Predicted plane 1 against true plane 1.")
-      .def_prop_ro("best", [](const Evaluation& e) { return e.best.detection; },
-                   "The predicted plane that overlaps true plane 1 most, against it.")
-      .def_prop_ro("best_label", [](const Evaluation& e) { return static_cast<int>(e.best.label); }, "Its label; 0: none overlaps.")
-      .def_prop_ro("matched", [](const Evaluation& e) { return e.matched.detection; },
-                   "Predicted plane 1 against the true plane that it fits best.")
-      .def_prop_ro("matched_label", [](const Evaluation& e) { return static_cast<int>(e.matched.label); },
-                   "That plane's label in the truth; 0: none.")
+      .def_prop_ro(
+          "best", [](const Evaluation& e) { return e.best.detection; },
+          "The predicted plane that overlaps true plane 1 most, against it.")
+      .def_prop_ro(
+          "best_label", [](const Evaluation& e) { return static_cast<int>(e.best.label); }, "Its label; 0: none overlaps.")
+      .def_prop_ro(
+          "matched", [](const Evaluation& e) { return e.matched.detection; },
+          "Predicted plane 1 against the true plane that it fits best.")
+      .def_prop_ro(
+          "matched_label", [](const Evaluation& e) { return static_cast<int>(e.matched.label); },
+          "That plane's label in the truth; 0: none.")
       .def_ro("planes", &Evaluation::planes, "All planes, matched by IoU.")
-      .def("__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("evaluation")(self); },
-           nb::sig("def __repr__(self) -> str"));
+      .def(
+          "__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("evaluation")(self); },
+          nb::sig("def __repr__(self) -> str"));
   m.def("evaluate", &evaluate, nb::arg("truth").none(), nb::arg("predicted").none(), nb::kw_only(), nb::arg("min_share") = 0.005,
-        nb::sig("def evaluate(truth: numpy.typing.NDArray[numpy.uint8], predicted: Segmentation | numpy.typing.NDArray[numpy.uint8], "
-                "*, min_share: float = 0.005) -> Evaluation"),
+        nb::sig(
+            "def evaluate(truth: numpy.typing.NDArray[numpy.uint8], predicted: Segmentation | numpy.typing.NDArray[numpy.uint8], "
+            "*, min_share: float = 0.005) -> Evaluation"),
         R"(Compares labels with true labels.
 
 Parameters

@@ -19,7 +19,13 @@ NB_MODULE(_core, m) {
   bind_tracker(m);
   bind_evaluation(m);
   bind_frames(m);
-  m.def("instruction_set", [] { return std::string(fransac::instruction_set()); },
-        "The instruction set that runs on this machine: 'AVX2', 'SSE4', 'NEON', 'SCALAR', ...");
-  m.attr("__version__") = fransac::kVersion;
+  m.def(
+      "instruction_set", [] { return std::string(fransac::instruction_set()); },
+      "The instruction set that runs on this machine: 'AVX2', 'SSE4', 'NEON', 'SCALAR', ...");
+  m.attr("version") = fransac::kVersion;
+#if defined(__clang__)
+  m.attr("compiler") = __VERSION__;
+#else
+  m.attr("compiler") = "GCC " __VERSION__;
+#endif
 }

@@ -105,8 +105,7 @@ std::string in_python_names(std::string message) {
   names_of<ObstacleOptions>(names);
   names_of<TrackOptions>(names);
   // Longer names first: one may begin another.
-  std::sort(names.begin(), names.end(),
-            [](const OptionInfo& a, const OptionInfo& b) { return a.name.size() > b.name.size(); });
+  std::sort(names.begin(), names.end(), [](const OptionInfo& a, const OptionInfo& b) { return a.name.size() > b.name.size(); });
   for (const OptionInfo& info : names) {
     if (!info.parameter_of.empty()) replace_all(message, std::string(info.parameter_of) + " ", "");
     if (info.name.find('-') != std::string_view::npos) replace_all(message, std::string(info.name), python_name(info.name));
@@ -243,7 +242,8 @@ std::string parameters(const std::vector<Keyword>& keywords) {
 std::string descriptions(const std::vector<Keyword>& keywords) {
   std::string text;
   for (const Keyword& k : keywords) {
-    text += "    " + k.name + ": " + k.help + ". Default: " + (k.default_text == "None" ? "by the method" : k.default_text) + "\n";
+    text +=
+        "    " + k.name + ": " + k.help + ". Default: " + (k.default_text == "None" ? "by the method" : k.default_text) + "\n";
   }
   return text;
 }

@@ -33,8 +33,9 @@ void visit_options(SegmentOptions& options, Visitor&& visit) {
 }
 template <class Visitor>
 void visit_options(ObstacleOptions& options, Visitor&& visit) {
-  visit(OptionInfo{"support", "", "the plane that obstacles are above or below; auto: the floor, else plane 1; or a plane's label"},
-        options.support);
+  visit(
+      OptionInfo{"support", "", "the plane that obstacles are above or below; auto: the floor, else plane 1; or a plane's label"},
+      options.support);
   for_each_obstacle_option(options, visit);
 }
 template <class Visitor>
@@ -58,7 +59,7 @@ void read_value(const char* name, nb::handle given, SupportChoice& value);
 int read_word(const char* name, nb::handle given, const std::string_view* words, std::size_t count);
 
 template <class Enum>
-  requires std::is_enum_v<Enum>
+requires std::is_enum_v<Enum>
 void read_value(const char* name, nb::handle given, Enum& value) {
   value = static_cast<Enum>(read_word(name, given, EnumNames<Enum>::values, std::size(EnumNames<Enum>::values)));
 }

@@ -169,19 +169,23 @@ const char* keep(std::string text) { return (new std::string(std::move(text)))->
 
 void bind_points(nb::module_& m) {
   nb::class_<PyVoxelGrid>(m, "VoxelGrid", "One point per occupied cube of a regular grid.")
-      .def_prop_ro("points", [](const PyVoxelGrid& g) { return g.points; },
-                   nb::sig("def points(self) -> numpy.typing.NDArray[typing.Any]"),
-                   "Of the leaves, (M, 3), metres, of the input's type, in the order in which the input first enters them.")
-      .def_prop_ro("counts", [](const PyVoxelGrid& g) { return g.counts; },
-                   nb::sig("def counts(self) -> numpy.typing.NDArray[numpy.int32]"), "Input points in each leaf, (M,) int32.")
-      .def_prop_ro("leaf_of", [](const PyVoxelGrid& g) { return g.leaf_of; },
-                   nb::sig("def leaf_of(self) -> numpy.typing.NDArray[numpy.int32]"),
-                   "The leaf of each input point, int32 of shape (N,) or (H, W); -1 for points that are not finite.")
+      .def_prop_ro(
+          "points", [](const PyVoxelGrid& g) { return g.points; },
+          nb::sig("def points(self) -> numpy.typing.NDArray[typing.Any]"),
+          "Of the leaves, (M, 3), metres, of the input's type, in the order in which the input first enters them.")
+      .def_prop_ro(
+          "counts", [](const PyVoxelGrid& g) { return g.counts; },
+          nb::sig("def counts(self) -> numpy.typing.NDArray[numpy.int32]"), "Input points in each leaf, (M,) int32.")
+      .def_prop_ro(
+          "leaf_of", [](const PyVoxelGrid& g) { return g.leaf_of; },
+          nb::sig("def leaf_of(self) -> numpy.typing.NDArray[numpy.int32]"),
+          "The leaf of each input point, int32 of shape (N,) or (H, W); -1 for points that are not finite.")
       .def("__len__", [](const PyVoxelGrid& g) { return nb::len(g.counts); })
       .def("__repr__", [](const PyVoxelGrid& g) {
         return nb::str(("VoxelGrid of " + std::to_string(nb::len(g.counts)) + " leaves").c_str());
       });
-  m.def("voxel_grid", &voxel_grid_of, nb::arg("points").none(), nb::arg("leaf_size") = VoxelGridOptions{}.leaf_size_m, nb::arg("options"),
+  m.def("voxel_grid", &voxel_grid_of, nb::arg("points").none(), nb::arg("leaf_size") = VoxelGridOptions{}.leaf_size_m,
+        nb::arg("options"),
         nb::sig(keep("def voxel_grid(points: numpy.typing.NDArray[typing.Any], leaf_size: float = " +
                      std::string(nb::repr(nb::float_(VoxelGridOptions{}.leaf_size_m)).c_str()) + ", *, " +
                      parameters(grid_keywords().list()) + ") -> VoxelGrid")),
@@ -194,16 +198,19 @@ Parameters
 
 Options (keywords)
 ------------------
-)" + descriptions(grid_keywords().list()) + R"(
+)" + descriptions(grid_keywords().list()) +
+             R"(
 Raises
 ------
     TypeError, ValueError: as segment; the message names the argument. A leaf too small for the cloud's extent is a ValueError.
 )"));
 
   nb::class_<PyRansac>(m, "RansacResult", "A plane, n . p + d = 0 in metres, and the points within the threshold.")
-      .def_prop_ro("normal", [](const PyRansac& r) { return to_numpy(r.plane->normal); }, nb::sig("def normal(self) -> " FRANSAC_VECTOR),
-                   "Unit normal, shape (3,); the origin is on its side.")
-      .def_prop_ro("d", [](const PyRansac& r) { return r.plane->d; }, "Distance of the origin, metres, >= 0.")
+      .def_prop_ro(
+          "normal", [](const PyRansac& r) { return to_numpy(r.plane->normal); }, nb::sig("def normal(self) -> " FRANSAC_VECTOR),
+          "Unit normal, shape (3,); the origin is on its side.")
+      .def_prop_ro(
+          "d", [](const PyRansac& r) { return r.plane->d; }, "Distance of the origin, metres, >= 0.")
       .def_prop_ro(
           "coefficients",
           [](const PyRansac& r) {
@@ -211,18 +218,24 @@ Raises
             return copied_array(all.data(), {4});
           },
           nb::sig("def coefficients(self) -> " FRANSAC_VECTOR), "(normal, d), shape (4,).")
-      .def_prop_ro("inliers", [](const PyRansac& r) { return r.inliers; },
-                   nb::sig("def inliers(self) -> numpy.typing.NDArray[numpy.int64]"), "Numbers of the points within the threshold, ascending.")
+      .def_prop_ro(
+          "inliers", [](const PyRansac& r) { return r.inliers; },
+          nb::sig("def inliers(self) -> numpy.typing.NDArray[numpy.int64]"),
+          "Numbers of the points within the threshold, ascending.")
       .def_ro("rms_m", &PyRansac::rms_m, "Root mean square distance of the inliers, metres.")
       .def_ro("iterations", &PyRansac::iterations, "Hypotheses drawn.")
-      .def_prop_ro("stop_reason", [](const PyRansac& r) { return nb::str(r.stop_reason.c_str()); },
-                   nb::sig("def stop_reason(self) -> str"), "'confidence' or 'max_iterations'.")
-      .def("__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("ransac")(self); },
-           nb::sig("def __repr__(self) -> str"));
-  m.def("ransac", &ransac_of, nb::arg("points").none(), nb::arg("options"),
-        nb::sig(keep("def ransac(points: numpy.typing.NDArray[typing.Any], *, " + parameters(ransac_keywords().list()) +
-                     ") -> RansacResult")),
-        keep(R"(The plane with the most support, by RANSAC (Fischler & Bolles 1981) with eq. 2 of Zeineldin & El-Fishawy as its stop.
+      .def_prop_ro(
+          "stop_reason", [](const PyRansac& r) { return nb::str(r.stop_reason.c_str()); },
+          nb::sig("def stop_reason(self) -> str"), "'confidence' or 'max_iterations'.")
+      .def(
+          "__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("ransac")(self); },
+          nb::sig("def __repr__(self) -> str"));
+  m.def(
+      "ransac", &ransac_of, nb::arg("points").none(), nb::arg("options"),
+      nb::sig(keep("def ransac(points: numpy.typing.NDArray[typing.Any], *, " + parameters(ransac_keywords().list()) +
+                   ") -> RansacResult")),
+      keep(
+          R"(The plane with the most support, by RANSAC (Fischler & Bolles 1981) with eq. 2 of Zeineldin & El-Fishawy as its stop.
 
 Parameters
 ----------
@@ -230,7 +243,8 @@ Parameters
 
 Options (keywords)
 ------------------
-)" + descriptions(ransac_keywords().list()) + R"(
+)" + descriptions(ransac_keywords().list()) +
+          R"(
 Raises
 ------
     TypeError, ValueError: as segment; the message names the argument.

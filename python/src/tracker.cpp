@@ -97,41 +97,57 @@ void bind_tracker(nb::module_& m) {
   nb::class_<TrackedPlane>(m, "TrackedPlane", "A plane that keeps its id from frame to frame, smoothed.")
       .def_ro("id", &TrackedPlane::id, "For as long as it is tracked, from 1; no two have the same.")
       .def_ro("label", &TrackedPlane::label, "Of the frame's segmentation.")
-      .def_prop_ro("normal", [](const TrackedPlane& p) { return to_numpy(p.plane.normal); },
-                   nb::sig("def normal(self) -> " FRANSAC_VECTOR), "Unit normal in this frame's camera frame, shape (3,).")
-      .def_prop_ro("d", [](const TrackedPlane& p) { return p.plane.d; }, "Distance of the camera, metres.")
-      .def_prop_ro("covariance", [](const TrackedPlane& p) { return to_numpy(Eigen::Matrix4d(p.covariance)); },
-                   nb::sig("def covariance(self) -> " FRANSAC_VECTOR), "Of (normal, d), shape (4, 4), rank 3.")
+      .def_prop_ro(
+          "normal", [](const TrackedPlane& p) { return to_numpy(p.plane.normal); },
+          nb::sig("def normal(self) -> " FRANSAC_VECTOR), "Unit normal in this frame's camera frame, shape (3,).")
+      .def_prop_ro(
+          "d", [](const TrackedPlane& p) { return p.plane.d; }, "Distance of the camera, metres.")
+      .def_prop_ro(
+          "covariance", [](const TrackedPlane& p) { return to_numpy(Eigen::Matrix4d(p.covariance)); },
+          nb::sig("def covariance(self) -> " FRANSAC_VECTOR), "Of (normal, d), shape (4, 4), rank 3.")
       .def_ro("age", &TrackedPlane::age, "Frames in which it was seen, this one included.")
-      .def("__repr__", [](const TrackedPlane& p) {
-        return nb::str("<TrackedPlane {}, label {}, age {}>").attr("format")(p.id, p.label, p.age);
-      }, nb::sig("def __repr__(self) -> str"));
+      .def(
+          "__repr__",
+          [](const TrackedPlane& p) {
+            return nb::str("<TrackedPlane {}, label {}, age {}>").attr("format")(p.id, p.label, p.age);
+          },
+          nb::sig("def __repr__(self) -> str"));
   nb::class_<TrackedObject>(m, "TrackedObject", "An obstacle that keeps its id from frame to frame.")
       .def_ro("id", &TrackedObject::id, "As a plane's, counted by itself.")
       .def_ro("obstacle", &TrackedObject::obstacle, "Its id in the frame's obstacles.")
       .def_ro("age", &TrackedObject::age, "Frames in which it was seen, this one included.")
-      .def("__repr__", [](const TrackedObject& o) {
-        return nb::str("<TrackedObject {}, obstacle {}, age {}>").attr("format")(o.id, o.obstacle, o.age);
-      }, nb::sig("def __repr__(self) -> str"));
+      .def(
+          "__repr__",
+          [](const TrackedObject& o) {
+            return nb::str("<TrackedObject {}, obstacle {}, age {}>").attr("format")(o.id, o.obstacle, o.age);
+          },
+          nb::sig("def __repr__(self) -> str"));
   nb::class_<TrackedFrame>(m, "TrackedFrame", "What a tracker says of one frame.")
-      .def_prop_ro("pose", [](const TrackedFrame& f) { return to_numpy(f.T_world_camera.matrix()); },
-                   nb::sig("def pose(self) -> " FRANSAC_VECTOR),
-                   "T_world_camera, shape (4, 4): from the camera's frame to the first frame's, or to that of the poses given; metres.")
-      .def_prop_ro("pose_source", [](const TrackedFrame& f) { return nb::str(enum_name(f.pose_source).data()); },
-                   nb::sig("def pose_source(self) -> str"), "'given', 'estimated' or 'guessed'.")
-      .def_prop_ro("planes", [](const TrackedFrame& f) { return list_of(f.planes); }, nb::sig("def planes(self) -> list[TrackedPlane]"),
-                   "In the order of the segmentation.")
-      .def_prop_ro("objects", [](const TrackedFrame& f) { return list_of(f.objects); },
-                   nb::sig("def objects(self) -> list[TrackedObject]"), "In the order of the obstacles; drops are left out.");
-  nb::class_<PyTracker>(m, "Tracker", keep(R"(Planes and obstacles that keep their ids from frame to frame, and the camera's pose. Feed it frames in order; threads take
+      .def_prop_ro(
+          "pose", [](const TrackedFrame& f) { return to_numpy(f.T_world_camera.matrix()); },
+          nb::sig("def pose(self) -> " FRANSAC_VECTOR),
+          "T_world_camera, shape (4, 4): from the camera's frame to the first frame's, or to that of the poses given; metres.")
+      .def_prop_ro(
+          "pose_source", [](const TrackedFrame& f) { return nb::str(enum_name(f.pose_source).data()); },
+          nb::sig("def pose_source(self) -> str"), "'given', 'estimated' or 'guessed'.")
+      .def_prop_ro(
+          "planes", [](const TrackedFrame& f) { return list_of(f.planes); }, nb::sig("def planes(self) -> list[TrackedPlane]"),
+          "In the order of the segmentation.")
+      .def_prop_ro(
+          "objects", [](const TrackedFrame& f) { return list_of(f.objects); },
+          nb::sig("def objects(self) -> list[TrackedObject]"), "In the order of the obstacles; drops are left out.");
+  nb::class_<PyTracker>(
+      m, "Tracker",
+      keep(
+          R"(Planes and obstacles that keep their ids from frame to frame, and the camera's pose. Feed it frames in order; threads take
 turns. docs/algorithms.md, "Tracking", derives the steps.
 
 Options (keywords)
 ------------------
 )" + descriptions(track_keywords().list())))
-      .def("__init__", [](PyTracker* self, const nb::kwargs& kwargs) { new (self) PyTracker(read_options(kwargs)); },
-           nb::arg("options"),
-           nb::sig(keep("def __init__(self, *, " + parameters(track_keywords().list()) + ") -> None")))
+      .def(
+          "__init__", [](PyTracker* self, const nb::kwargs& kwargs) { new (self) PyTracker(read_options(kwargs)); },
+          nb::arg("options"), nb::sig(keep("def __init__(self, *, " + parameters(track_keywords().list()) + ") -> None")))
       .def("update", &PyTracker::update, nb::arg("segmentation"), nb::arg("pose") = nb::none(),
            nb::sig("def update(self, segmentation: Segmentation, pose: " FRANSAC_VECTOR " | None = None) -> TrackedFrame"),
            R"(Takes the next frame.

@@ -60,7 +60,7 @@ def test_frames_errors(folder, tmp_path_factory):
 
 
 def test_sequence(data):
-    frames = fransac.frames(data / "tum_sequence", "freiburg1")
+    frames = fransac.frames(next((data / "tum_sequence").glob("rgbd_dataset_*")))
     first, second = next(frames), next(frames)
     assert first.timestamp_s < second.timestamp_s and first.depth.shape == (480, 640)
     assert first.camera.depth_scale == 5000
