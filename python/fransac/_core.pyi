@@ -358,7 +358,7 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         perpendicular_to: cells: only planes whose normal is perpendicular to this direction. Default: by the method
         prior_angle: by how much a normal may differ from parallel-to and perpendicular-to [degrees]. Default: 10.0
         residuals: cells: keep the distance of every pixel to its plane. Default: False
-        up: cells: up in the camera's frame, which tells floors from walls; estimated where not given. Default: by the method
+        up: up in the frame of the camera or cloud, which tells floors from walls; cells estimates it. Default: by the method
 
     Options with obstacles=True
     ---------------------------
@@ -423,7 +423,7 @@ def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'ce
         perpendicular_to: cells: only planes whose normal is perpendicular to this direction. Default: by the method
         prior_angle: by how much a normal may differ from parallel-to and perpendicular-to [degrees]. Default: 10.0
         residuals: cells: keep the distance of every pixel to its plane. Default: False
-        up: cells: up in the camera's frame, which tells floors from walls; estimated where not given. Default: by the method
+        up: up in the frame of the camera or cloud, which tells floors from walls; cells estimates it. Default: by the method
 
     Options with obstacles=True
     ---------------------------
