@@ -22,7 +22,8 @@ ARROWS = {
     "cloud_io": {"core", "io"},
     # The one-line façade over segmentation.
     "facade": {"core", "planes"},
-    # Programs know public headers only, whichever they like.
+    # Programs and bindings know public headers only, whichever they like.
+    "python": {"core", "filter", "sac", "planes", "obstacles", "track", "eval", "synth", "io", "facade"},
     "apps": {"core", "filter", "sac", "planes", "obstacles", "track", "eval", "synth", "io", "cloud_io", "facade"},
 }
 
@@ -34,6 +35,7 @@ OUTSIDE = {
     "io": {"nlohmann", "spng.h", "turbojpeg.h", "fcntl.h", "sys", "unistd.h"},
     "cloud_io": {"pcl", "boost"},
     "apps": {"CLI", "fmt", "nlohmann", "unistd.h"},
+    "python": {"nanobind"},
 }
 OUTSIDE_PUBLIC_HEADERS = {"Eigen"}
 
@@ -53,7 +55,7 @@ SOURCE_SUFFIXES = {".hpp", ".h", ".cc", ".cpp", ".in"}
 SPDX = "SPDX-License-Identifier: Apache-2.0"
 SPDX_SUFFIXES = SOURCE_SUFFIXES | {".py", ".cmake", ".sh"}
 SPDX_NAMES = {"CMakeLists.txt"}
-FOLDERS = ("include", "src", "apps", "bench", "cmake", "fuzz", "scripts", "tests", ".ci")
+FOLDERS = ("include", "src", "apps", "bench", "cmake", "fuzz", "python", "scripts", "tests", ".ci")
 
 # What a library must not call: it would print, or end the program of its user. Demangled names as `nm -C` prints them.
 FORBIDDEN_SYMBOLS = re.compile(
@@ -112,7 +114,7 @@ def resolve(root, path, name):
 
 def check_includes(root):
     complaints = []
-    for path in files(root, ("include", "src", "apps")):
+    for path in files(root, ("include", "src", "apps", "python")):
         if pathlib.PurePosixPath(path).suffix not in SOURCE_SUFFIXES:
             continue
         module = module_of(path)
@@ -149,7 +151,7 @@ def inside_complaint(path, module, name, target):
     public = target.startswith("include/")
     if path.startswith("include/") and not public:
         return f'is public and includes the private "{name}"'
-    if module == "apps" and not public and other != "apps":
+    if module in ("apps", "python") and not public and other != module:
         return f'is a program and includes the private "{name}"'
     if other != module and other not in ARROWS[module]:
         return f'includes "{name}": no arrow leads from {module} to {other}'
@@ -183,7 +185,7 @@ def check_version(root):
 
 def check_repeatable(root):
     complaints = []
-    for path in files(root, ("include", "src", "apps", "bench", "tests", "fuzz")):
+    for path in files(root, ("include", "src", "apps", "python", "bench", "tests", "fuzz")):
         if pathlib.PurePosixPath(path).suffix not in SOURCE_SUFFIXES:
             continue
         for match in UNREPEATABLE.finditer(COMMENT.sub("", read(root, path))):
