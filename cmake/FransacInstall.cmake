@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Headers and the CMake package: find_package(fransac CONFIG [COMPONENTS io cloud_io]).
+# Headers and the CMake package: find_package(fransac CONFIG [COMPONENTS io cloud_io pcl]).
 include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fransac)
@@ -15,7 +15,11 @@ if(FRANSAC_BUILD_CLOUD_IO)
   install(FILES ${headers}/io/cloud_file.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/fransac/io)
 endif()
 
-foreach(component fransac fransac_io fransac_cloud_io)
+if(FRANSAC_BUILD_PCL)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/adapters/pcl/include/fransac/pcl DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/fransac)
+endif()
+
+foreach(component fransac fransac_io fransac_cloud_io fransac_pcl)
   if(TARGET ${component})
     install(EXPORT ${component} FILE ${component}-targets.cmake NAMESPACE fransac:: DESTINATION ${package_dir})
   endif()

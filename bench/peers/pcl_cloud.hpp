@@ -14,7 +14,7 @@
 
 namespace fransac::bench {
 
-using PclCloud = pcl::PointCloud<pcl::PointXYZ>;
+using PclCloud = ::pcl::PointCloud<::pcl::PointXYZ>;
 
 /// A cloud of the measured points alone (PCL then need not look for NaN) and the pixel of each.
 struct PclPoints {
@@ -40,7 +40,7 @@ struct PclPoints {
     const auto inverse_fy = static_cast<float>(1.0 / frame.fy);
     const auto cx = static_cast<float>(frame.cx);
     const auto cy = static_cast<float>(frame.cy);
-    pcl::PointXYZ* const points = cloud->points.data();
+    ::pcl::PointXYZ* const points = cloud->points.data();
     std::uint32_t* const pixel_of = pixels.data();
     std::size_t n = 0;
     std::uint32_t pixel = 0;
@@ -63,7 +63,7 @@ struct PclPoints {
     cloud->points.resize(frame.size());
     pixels.resize(frame.size());
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      cloud->points[i] = pcl::PointXYZ(frame.points[3 * i], frame.points[3 * i + 1], frame.points[3 * i + 2]);
+      cloud->points[i] = ::pcl::PointXYZ(frame.points[3 * i], frame.points[3 * i + 1], frame.points[3 * i + 2]);
       pixels[i] = static_cast<std::uint32_t>(i);
     }
   }

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "fransac/core/aligned.hpp"
 
@@ -31,6 +32,12 @@ class LeafTable {
   }
 
   [[nodiscard]] std::uint32_t size() const { return size_; }
+
+  [[nodiscard]] std::optional<std::uint32_t> number_of(Key key) const {
+    const Slot& slot = slots_[find(key)];
+    if (!live(slot)) return std::nullopt;
+    return slot.stamp - base_;
+  }
 
   std::uint32_t find_or_add(Key key) {
     if (2 * std::size_t{size_} >= slots_.size()) grow();

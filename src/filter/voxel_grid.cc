@@ -16,43 +16,25 @@
 namespace fransac {
 namespace {
 
-/// The grid over one cloud: along each axis, index = floor(p / leaf) - (smallest index), in as many bits as it needs.
-struct Lattice {
-  kernels::Lattice key{};
-  double leaf_size = 0.0;
-  /// Adding and subtracting this rounds a coordinate to a multiple of 2^-30 of the largest along its axis. Sums of up to 2^22
-  /// such numbers are exact, so that they do not depend on their order and with it on the number of threads.
-  std::array<double, 3> rounder{};
-
-  /// The middle of a leaf in local coordinates, metres.
-  [[nodiscard]] Eigen::Vector3d centre(std::uint64_t leaf_key) const {
-    const auto index = [&](int axis) {
-      const int next_shift = axis < 2 ? key.shift[axis + 1] : 64;
-      const int bits = next_shift - key.shift[axis];
-      return bits == 0 ? 0 : (leaf_key >> key.shift[axis]) & (~std::uint64_t{0} >> (64 - bits));
-    };
-    const auto middle = [&](int axis) { return (static_cast<double>(index(axis)) + 0.5 - key.offset[axis]) * leaf_size; };
-    return {middle(0), middle(1), middle(2)};
-  }
-};
-
-Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
+Result<Lattice> make_lattice(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m) {
   constexpr int kMaxBitsPerAxis = 31;
   constexpr int kMaxBits = 63;  // every shift then stays below the width of a key
   Lattice lattice;
-  lattice.key.per_leaf = 1.0 / leaf_size_m;
   lattice.leaf_size = leaf_size_m;
   const std::array<const float*, 3> coordinates{cloud.x(), cloud.y(), cloud.z()};
   int bits = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto along = static_cast<Eigen::Index>(axis);
+    const double per_leaf = 1.0 / leaf_size_m[along];
+    lattice.key.per_leaf[axis] = per_leaf;
     const kernels::Bounds bounds = kernels::bounds(coordinates[axis], cloud.padded_size());
     const double farthest =
         std::max({1e-30, std::abs(static_cast<double>(bounds.min)), std::abs(static_cast<double>(bounds.max))});
     lattice.rounder[axis] = std::ldexp(1.5, std::ilogb(farthest) + 1 + 52 - 30);
-    const double origin = cloud.origin[static_cast<Eigen::Index>(axis)] * lattice.key.per_leaf;
-    const double smallest = std::floor(static_cast<double>(bounds.min) * lattice.key.per_leaf + origin);
+    const double origin = cloud.origin[along] * per_leaf;
+    const double smallest = std::floor(static_cast<double>(bounds.min) * per_leaf + origin);
     lattice.key.offset[axis] = origin - smallest;
-    const double largest = static_cast<double>(bounds.max) * lattice.key.per_leaf + lattice.key.offset[axis];
+    const double largest = static_cast<double>(bounds.max) * per_leaf + lattice.key.offset[axis];
     // Doubles hold whole numbers exactly up to 2^53; beyond that floor() means nothing.
     const bool countable = std::abs(smallest) < 0x1p53 && largest < 0x1p31;
     // The kernel may round the other way (fused multiply-add): half a leaf of slack keeps its last index inside the bits.
@@ -60,8 +42,10 @@ Result<Lattice> make_lattice(const PointCloud& cloud, double leaf_size_m) {
     lattice.key.shift[axis] = bits;
     bits += axis_bits;
     if (axis_bits > kMaxBitsPerAxis || bits > kMaxBits) {
-      return too_many_leaves(leaf_size_m);
+      return too_many_leaves(leaf_size_m[along]);
     }
+    lattice.smallest[along] = static_cast<std::int64_t>(smallest);
+    lattice.largest[along] = lattice.smallest[along] + static_cast<std::int64_t>(largest);
   }
   return lattice;
 }
@@ -145,6 +129,60 @@ VoxelGrid::~VoxelGrid() = default;
 VoxelGrid::VoxelGrid(VoxelGrid&&) noexcept = default;
 VoxelGrid& VoxelGrid::operator=(VoxelGrid&&) noexcept = default;
 
+std::uint32_t VoxelGrid::leaf_at(const Index& index) const {
+  if (!scratch->lattice) return kNoLeaf;
+  const Lattice& lattice = *scratch->lattice;
+  std::uint64_t key = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    // Rounding can put a point at the box's border one leaf beyond it.
+    if (index[axis] < smallest[axis] || index[axis] > largest[axis] + 1) return kNoLeaf;
+    const auto part = static_cast<std::uint64_t>(index[axis] - smallest[axis]);
+    if (part >> lattice.bits(axis) != 0) return kNoLeaf;
+    key |= part << lattice.key.shift[axis];
+  }
+  return scratch->parts.front().table.number_of(key).value_or(kNoLeaf);
+}
+
+VoxelGrid::Index VoxelGrid::index_at(const Eigen::Vector3f& local_point) const {
+  Index index = Index::Zero();
+  if (!scratch->lattice) return index;
+  const Lattice& lattice = *scratch->lattice;
+  const auto place = [&](int axis) {
+    return static_cast<double>(local_point[axis]) * lattice.key.per_leaf[axis] + lattice.key.offset[axis];
+  };
+  const auto within = [&](int axis) {
+    return place(axis) >= 0.0 && place(axis) < static_cast<double>(largest[axis] - smallest[axis] + 1);
+  };
+  if (within(0) && within(1) && within(2)) {  // through the kernel, which may round the other way (fused multiply-add)
+    alignas(kAlignment) std::array<std::array<float, kernels::kBlock>, 3> point{};
+    for (int axis = 0; axis < 3; ++axis) point[static_cast<std::size_t>(axis)].fill(local_point[axis]);
+    std::array<std::uint64_t, kernels::kBlock> keys;
+    kernels::leaf_keys(point[0].data(), point[1].data(), point[2].data(), kernels::kBlock, lattice.key, keys.data());
+    for (int axis = 0; axis < 3; ++axis) {
+      index[axis] = smallest[axis] + static_cast<std::int64_t>(lattice.index(keys[0], axis));
+    }
+    return index;
+  }
+  constexpr double kFarthest = 0x1p53;  // doubles beyond it are far off any lattice, and hold no fractions
+  for (int axis = 0; axis < 3; ++axis) {
+    index[axis] = smallest[axis] + static_cast<std::int64_t>(std::floor(std::clamp(place(axis), -kFarthest, kFarthest)));
+  }
+  return index;
+}
+
+int Lattice::bits(int axis) const { return (axis < 2 ? key.shift[axis + 1] : 64) - key.shift[axis]; }
+
+std::uint64_t Lattice::index(std::uint64_t leaf_key, int axis) const {
+  return bits(axis) == 0 ? 0 : (leaf_key >> key.shift[axis]) & (~std::uint64_t{0} >> (64 - bits(axis)));
+}
+
+Eigen::Vector3d Lattice::centre(std::uint64_t leaf_key) const {
+  const auto middle = [&](int axis) {
+    return (static_cast<double>(index(leaf_key, axis)) + 0.5 - key.offset[axis]) * leaf_size[axis];
+  };
+  return {middle(0), middle(1), middle(2)};
+}
+
 Error too_many_leaves(double leaf_size_m) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "leaf-size: %g", leaf_size_m);
@@ -158,8 +196,18 @@ Status check_leaf_size(double leaf_size_m) {
   return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
 }
 
-Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid, int threads) try {
-  if (Status status = check_leaf_size(leaf_size_m); !status) return status;
+Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid, int threads) {
+  return voxel_grid(cloud, Eigen::Vector3d::Constant(leaf_size_m), leaf_point, grid, threads);
+}
+
+Status voxel_grid(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid,
+                  int threads) try {
+  for (const double edge : leaf_size_m) {
+    if (Status status = check_leaf_size(edge); !status) return status;
+  }
+  grid.scratch->lattice.reset();
+  grid.smallest.setZero();
+  grid.largest.setZero();
   grid.leaves.origin = cloud.origin;
   grid.leaves.source.clear();
   grid.leaves.clear();
@@ -173,6 +221,9 @@ Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_po
   const Result<Lattice> lattice = make_lattice(cloud, leaf_size_m);
   if (!lattice) return lattice.error();
   add_points(cloud, *lattice, threads, grid);
+  grid.scratch->lattice = *lattice;
+  grid.smallest = lattice->smallest;
+  grid.largest = lattice->largest;
 
   const AlignedVector<CloudLeaf>& leaves = grid.scratch->parts.front().leaves;
   grid.leaves.resize_uninitialised(leaves.size());

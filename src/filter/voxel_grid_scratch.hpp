@@ -2,8 +2,10 @@
 /// Memory of voxel grids between calls.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "filter/leaf_bars.hpp"
 #include "filter/leaf_table.hpp"
 #include "fransac/filter/voxel_grid.hpp"
+#include "kernels/points.h"
 
 namespace fransac {
 
@@ -53,8 +56,27 @@ struct CloudPart {
   AlignedVector<std::uint32_t> number;  ///< What they are called in the whole.
 };
 
+/// The grid over one cloud: along each axis, index = floor(p / leaf) - (smallest index), in as many bits as it needs.
+struct Lattice {
+  kernels::Lattice key{};
+  Eigen::Vector3d leaf_size = Eigen::Vector3d::Zero();
+  VoxelGrid::Index smallest = VoxelGrid::Index::Zero();
+  VoxelGrid::Index largest = VoxelGrid::Index::Zero();
+  /// Adding and subtracting this rounds a coordinate to a multiple of 2^-30 of the largest along its axis. Sums of up to 2^22
+  /// such numbers are exact, so that they do not depend on their order and with it on the number of threads.
+  std::array<double, 3> rounder{};
+
+  /// Indices along this axis fit into so many bits.
+  [[nodiscard]] int bits(int axis) const;
+  /// What of a key is the index along this axis.
+  [[nodiscard]] std::uint64_t index(std::uint64_t leaf_key, int axis) const;
+  /// The middle of a leaf in local coordinates, metres.
+  [[nodiscard]] Eigen::Vector3d centre(std::uint64_t leaf_key) const;
+};
+
 struct VoxelGrid::Scratch {
   std::vector<CloudPart> parts;
+  std::optional<Lattice> lattice;  ///< Of the last cloud.
 
   std::vector<RowBand> bands;
   AlignedVector<float> ray_x;

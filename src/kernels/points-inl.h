@@ -131,10 +131,10 @@ void LeafKeys(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const fl
   const hn::Rebind<std::int32_t, decltype(dd)> d32;
   const hn::Rebind<std::int64_t, decltype(dd)> d64;
   const hn::Rebind<std::uint64_t, decltype(dd)> du64;
-  const auto per_leaf = hn::Set(dd, lattice.per_leaf);
   const auto part = [&](const float* HWY_RESTRICT coordinate, int axis) HWY_ATTR {
     const auto value = hn::PromoteTo(dd, hn::Load(df, coordinate));
-    const auto index = hn::DemoteTo(d32, hn::MulAdd(value, per_leaf, hn::Set(dd, lattice.offset[axis])));
+    const auto index =
+        hn::DemoteTo(d32, hn::MulAdd(value, hn::Set(dd, lattice.per_leaf[axis]), hn::Set(dd, lattice.offset[axis])));
     return hn::ShiftLeftSame(hn::BitCast(du64, hn::PromoteTo(d64, index)), lattice.shift[axis]);
   };
   for (std::size_t i = 0; i < n; i += hn::Lanes(dd)) {

@@ -43,7 +43,7 @@ InlierMoments inlier_moments(const float* x, const float* y, const float* z, std
 /// Where a point lies in a grid: along each axis the index is trunc(coordinate * per_leaf + offset), which must lie in
 /// [0, 2^31); the key is the three of them, shifted and joined.
 struct Lattice {
-  double per_leaf;
+  double per_leaf[3];
   double offset[3];
   int shift[3];
 };

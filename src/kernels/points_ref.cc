@@ -58,7 +58,7 @@ InlierMoments inlier_moments(const float* x, const float* y, const float* z, std
 
 void leaf_keys(const float* x, const float* y, const float* z, std::size_t n, const Lattice& lattice, std::uint64_t* keys) {
   const auto part = [&lattice](float coordinate, int axis) {
-    const double index = static_cast<double>(coordinate) * lattice.per_leaf + lattice.offset[axis];
+    const double index = static_cast<double>(coordinate) * lattice.per_leaf[axis] + lattice.offset[axis];
     if (!(index >= 0.0 && index < 0x1p31)) return std::uint64_t{0};
     return static_cast<std::uint64_t>(index) << lattice.shift[axis];
   };

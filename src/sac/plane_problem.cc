@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "core/parallel_sum.hpp"
 #include "kernels/points.h"
@@ -122,16 +123,33 @@ Moments CloudData::inlier_moments(const Plane& plane, float threshold) const {
   });
 }
 
+NormalLimits NormalLimits::parallel(const Eigen::Vector3d& axis, double angle_rad) {
+  return {.axis = axis.normalized(), .min_cosine = std::cos(std::clamp(angle_rad, 0.0, std::numbers::pi / 2))};
+}
+
+NormalLimits NormalLimits::perpendicular(const Eigen::Vector3d& axis, double angle_rad) {
+  return {.axis = axis.normalized(), .max_cosine = std::sin(std::clamp(angle_rad, 0.0, std::numbers::pi / 2))};
+}
+
+bool NormalLimits::allow(const Plane& plane) const {
+  const double cosine = std::abs(plane.normal.dot(axis));
+  return cosine >= min_cosine && cosine <= max_cosine;
+}
+
 PlaneProblem::PlaneProblem(const PlaneData& data, double threshold_m, Scoring scoring, std::uint64_t seed, std::uint32_t round,
-                           PointCloud& sample)
-    : data_(&data), sample_(&sample), threshold_(std::max(static_cast<float>(threshold_m), kMinThreshold)), scoring_(scoring) {
+                           PointCloud& sample, const std::optional<NormalLimits>& limits)
+    : data_(&data),
+      sample_(&sample),
+      threshold_(std::max(static_cast<float>(threshold_m), kMinThreshold)),
+      scoring_(scoring),
+      limits_(limits) {
   constexpr std::uint64_t kStream = 0xFFFFFFFF;  // no hypothesis has this number
   RandomStream random(seed, (std::uint64_t{round} << 32) + kStream);
   data.draw(random, kSampledData, sample);
 }
 
 std::optional<Plane> PlaneProblem::generate(const std::array<std::uint32_t, 3>& sample) const {
-  return plane_through(sample_->local(sample[0]), sample_->local(sample[1]), sample_->local(sample[2]));
+  return allowed(plane_through(sample_->local(sample[0]), sample_->local(sample[1]), sample_->local(sample[2])));
 }
 
 bool PlaneProblem::is_inlier(const Plane& plane, std::uint32_t i) const {
@@ -158,11 +176,15 @@ void PlaneProblem::score(std::span<const Plane> planes, const Bar& bar, std::spa
 }
 
 std::optional<Plane> PlaneProblem::refine(const Plane& plane) const {
-  return plane_of(moments_of(stretch(*sample_, 0, sample_->padded_size()), to_float(plane), threshold_));
+  return allowed(plane_of(moments_of(stretch(*sample_, 0, sample_->padded_size()), to_float(plane), threshold_)));
 }
 
 std::optional<Plane> PlaneProblem::refine_on_all(const Plane& plane) const {
-  return plane_of(data_->inlier_moments(plane, threshold_));
+  return allowed(plane_of(data_->inlier_moments(plane, threshold_)));
+}
+
+std::optional<Plane> PlaneProblem::allowed(const std::optional<Plane>& plane) const {
+  return plane && limits_ && !limits_->allow(*plane) ? std::nullopt : plane;
 }
 
 void Moments::add(const Eigen::Vector3d& point) {

@@ -193,7 +193,7 @@ TEST_P(Kernels, MomentsOfMomentsInDouble) {
 
 TEST_P(Kernels, LeafKeys) {
   RandomStream random = testing::test_random();
-  const Lattice lattice{.per_leaf = 50.0, .offset = {100.25, 200.5, 100.0}, .shift = {0, 9, 20}};
+  const Lattice lattice{.per_leaf = {50.0, 25.0, 50.0}, .offset = {100.25, 200.5, 100.0}, .shift = {0, 9, 20}};
   for (const std::size_t n : kSizes) {
     const Points p = random_points(random, n, 0);
     AlignedVector<std::uint64_t> a(n);
@@ -209,7 +209,7 @@ TEST_P(Kernels, LeafKeys) {
 
 TEST_P(Kernels, LeafKeysFillAllBits) {
   // Indices 0, 1 and the largest, 2^31 - 128 (the largest float below 2^31), in every place.
-  const Lattice lattice{.per_leaf = 1.0, .offset = {0.0, 0.0, 0.0}, .shift = {0, 31, 62}};
+  const Lattice lattice{.per_leaf = {1.0, 1.0, 1.0}, .offset = {0.0, 0.0, 0.0}, .shift = {0, 31, 62}};
   const float largest = 0x1p31F - 128.0F;
   const auto index = [](float c) { return static_cast<std::uint64_t>(c); };
   Points p;

@@ -2,6 +2,7 @@
 /// One point per occupied leaf of a regular grid.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 
@@ -36,6 +37,18 @@ struct VoxelGrid {
 
   static constexpr std::uint32_t kNoLeaf = 0xFFFFFFFF;
 
+  /// floor(p / leaf_size) along each axis.
+  using Index = Eigen::Matrix<std::int64_t, 3, 1>;
+  /// Of the cloud's bounding box; zero for depth images.
+  Index smallest = Index::Zero();
+  Index largest = Index::Zero();
+
+  /// The leaf with this index, kNoLeaf where it holds no point. For grids of clouds; in those of depth images there is none.
+  [[nodiscard]] std::uint32_t leaf_at(const Index& index) const;
+  /// Where a finite point, in the cloud's local coordinates, lies in the lattice of the last grid of a cloud. Within the bounding
+  /// box it is rounded as the cloud's own points were: leaf_at(index_at(p)) is the leaf of every input point p.
+  [[nodiscard]] Index index_at(const Eigen::Vector3f& local_point) const;
+
   struct Scratch;
   std::unique_ptr<Scratch> scratch;  ///< Kept between calls; not part of the result.
 };
@@ -47,6 +60,9 @@ struct VoxelGrid {
 /// the cloud's leaves apart.
 /// Reuses the grid's memory. `threads`: 0 all cores; never changes the answer.
 Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid, int threads = 1);
+/// The same with boxes whose edges along x, y and z have these lengths.
+Status voxel_grid(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid,
+                  int threads = 1);
 
 struct DepthGridOptions {
   double leaf_size_m = 0.02;

@@ -81,6 +81,20 @@ class CloudData final : public PlaneData {
 /// Thresholds below this are taken for it: its inverse, times any residual, is still a float.
 inline constexpr float kMinThreshold = 1e-20F;
 
+/// Which planes may be found: those whose normal makes an angle with an axis, as undirected lines, whose cosine is within limits.
+struct NormalLimits {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< Unit vector.
+  double min_cosine = 0.0;
+  double max_cosine = 1.0;
+
+  /// Normals within `angle_rad` of the axis.
+  static NormalLimits parallel(const Eigen::Vector3d& axis, double angle_rad);
+  /// Normals within `angle_rad` of being perpendicular to the axis.
+  static NormalLimits perpendicular(const Eigen::Vector3d& axis, double angle_rad);
+
+  [[nodiscard]] bool allow(const Plane& plane) const;
+};
+
 /// A plane through three points; eq. (1): inlier when |n . p + d| <= t.
 class PlaneProblem {
  public:
@@ -88,9 +102,10 @@ class PlaneProblem {
   static constexpr int kSampleSize = 3;
 
   /// Draws the sample of `data` that hypotheses are made of and first compared on, into `sample`; both must outlive the problem.
-  /// `threshold_m` is t. The draw is a function of `seed` and `round` alone.
+  /// `threshold_m` is t. The draw is a function of `seed` and `round` alone. Samples whose plane `limits` do not allow count as
+  /// degenerate, and no refinement leaves the limits.
   PlaneProblem(const PlaneData& data, double threshold_m, Scoring scoring, std::uint64_t seed, std::uint32_t round,
-               PointCloud& sample);
+               PointCloud& sample, const std::optional<NormalLimits>& limits = std::nullopt);
 
   [[nodiscard]] std::uint64_t num_data() const { return data_->size(); }
   [[nodiscard]] std::uint32_t num_sampled() const { return static_cast<std::uint32_t>(sample_->size()); }
@@ -105,10 +120,14 @@ class PlaneProblem {
   [[nodiscard]] std::optional<Plane> refine_on_all(const Plane& plane) const;
 
  private:
+  /// The plane, if it may be found.
+  [[nodiscard]] std::optional<Plane> allowed(const std::optional<Plane>& plane) const;
+
   const PlaneData* data_;
   const PointCloud* sample_;
   float threshold_;
   Scoring scoring_;
+  std::optional<NormalLimits> limits_;
 };
 
 }  // namespace fransac::sac

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The plane of a cloud, in the place of pcl::SACSegmentation.
+#pragma once
+
+#include <pcl/ModelCoefficients.h>
+#include <pcl/PointIndices.h>
+#include <pcl/impl/pcl_base.hpp>
+#include <pcl/pcl_base.h>
+#include <pcl/sample_consensus/method_types.h>
+#include <pcl/sample_consensus/model_types.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "fransac/pcl/points.hpp"
+#include "fransac/sac/plane_problem.hpp"
+#include "fransac/sac/ransac.hpp"
+
+namespace fransac::pcl {
+
+/// Finds one plane by RANSAC: PCL's interface and defaults, this library's search. PointT is any point type with x, y and z.
+///
+/// Models: SACMODEL_PLANE; SACMODEL_PERPENDICULAR_PLANE (normal within the angle of the axis); SACMODEL_PARALLEL_PLANE (the plane
+/// holds the axis' direction to within the angle). As in PCL an angle of 0 allows every plane.
+/// Methods: SAC_RANSAC, SAC_MSAC, SAC_RRANSAC (the T(1,1) test), SAC_RMSAC (both).
+/// Whatever else is asked for is an error: a message through PCL's console, and empty results.
+///
+/// Coefficients (a, b, c, d) are those of a x + b y + c z + d = 0 with |(a, b, c)| = 1. PCL leaves their sign to chance; here d >= 0:
+/// the normal points to the side that the origin is on.
+template <class PointT>
+class SACSegmentation : public ::pcl::PCLBase<PointT> {
+ public:
+  /// PCL's `random` seeds from the clock. Here every call of segment() then takes the next seed, so that searches differ from each
+  /// other and a program still repeats itself.
+  explicit SACSegmentation(bool random = false) : random_(random) {}
+
+  void setModelType(int model) { model_type_ = model; }
+  [[nodiscard]] int getModelType() const { return model_type_; }
+  void setMethodType(int method) { method_type_ = method; }
+  [[nodiscard]] int getMethodType() const { return method_type_; }
+  /// Metres.
+  void setDistanceThreshold(double threshold) { threshold_ = threshold; }
+  [[nodiscard]] double getDistanceThreshold() const { return threshold_; }
+  void setMaxIterations(int max_iterations) { max_iterations_ = max_iterations; }
+  [[nodiscard]] int getMaxIterations() const { return max_iterations_; }
+  void setProbability(double probability) { probability_ = probability; }
+  [[nodiscard]] double getProbability() const { return probability_; }
+  /// 0: all cores; negative: one. Never changes the answer.
+  void setNumberOfThreads(int threads = -1) { threads_ = threads; }
+  /// Least squares on the inliers, repeated while that wins inliers; else the plane of the best three points.
+  void setOptimizeCoefficients(bool optimise) { optimise_ = optimise; }
+  [[nodiscard]] bool getOptimizeCoefficients() const { return optimise_; }
+  void setAxis(const Eigen::Vector3f& axis) { axis_ = axis; }
+  [[nodiscard]] Eigen::Vector3f getAxis() const { return axis_; }
+  /// Radians.
+  void setEpsAngle(double angle) { eps_angle_ = angle; }
+  [[nodiscard]] double getEpsAngle() const { return eps_angle_; }
+
+  /// Not in PCL: the seed of the next search.
+  void setRandomSeed(std::uint64_t seed) { seed_ = seed; }
+  [[nodiscard]] std::uint64_t getRandomSeed() const { return seed_; }
+  /// Not in PCL: hypotheses that the last search drew.
+  [[nodiscard]] std::uint64_t getIterations() const { return iterations_; }
+
+  /// Inliers are indices into the input cloud, in its order or that of the indices given.
+  void segment(::pcl::PointIndices& inliers, ::pcl::ModelCoefficients& coefficients) {
+    inliers.indices.clear();
+    coefficients.values.clear();
+    iterations_ = 0;
+    if (!this->input_) return fail("no input cloud");
+    inliers.header = coefficients.header = this->input_->header;
+    if (!known_model() || !known_method() || !sound_parameters()) return;
+    detail::read(*this->input_, this->indices_.get(), points_);
+    const std::optional<Plane> plane = find();
+    if (!plane) return fail("no plane found");
+    coefficients.values = detail::coefficients_of(*plane);
+    select_inliers(*plane, inliers.indices);
+  }
+
+ protected:
+  [[nodiscard]] virtual std::string getClassName() const { return "SACSegmentation"; }
+
+ private:
+  void fail(const char* what) const { detail::complain(getClassName() + "::segment", what); }
+
+  [[nodiscard]] bool known_model() const {
+    const bool known = model_type_ == ::pcl::SACMODEL_PLANE || model_type_ == ::pcl::SACMODEL_PERPENDICULAR_PLANE ||
+                       model_type_ == ::pcl::SACMODEL_PARALLEL_PLANE;
+    if (!known) fail("the model type must be SACMODEL_PLANE, SACMODEL_PERPENDICULAR_PLANE or SACMODEL_PARALLEL_PLANE");
+    return known;
+  }
+
+  [[nodiscard]] bool known_method() const {
+    const bool known = method_type_ == ::pcl::SAC_RANSAC || method_type_ == ::pcl::SAC_MSAC ||
+                       method_type_ == ::pcl::SAC_RRANSAC || method_type_ == ::pcl::SAC_RMSAC;
+    if (!known) fail("the method type must be SAC_RANSAC, SAC_MSAC, SAC_RRANSAC or SAC_RMSAC");
+    return known;
+  }
+
+  [[nodiscard]] bool sound_parameters() const {
+    const char* wrong = nullptr;
+    if (!(threshold_ >= 0.0) || !std::isfinite(threshold_)) wrong = "the distance threshold must be a number of metres, 0 or more";
+    if (!(probability_ > 0.0 && probability_ < 1.0)) wrong = "the probability must lie between 0 and 1";
+    if (max_iterations_ < 1) wrong = "the maximum number of iterations must be 1 or more";
+    if (has_limits() && !(axis_.norm() > 0.0F && axis_.allFinite())) wrong = "the axis must be a direction";
+    if (wrong != nullptr) fail(wrong);
+    return wrong == nullptr;
+  }
+
+  [[nodiscard]] bool has_limits() const { return model_type_ != ::pcl::SACMODEL_PLANE && eps_angle_ > 0.0; }
+
+  [[nodiscard]] std::optional<sac::NormalLimits> limits() const {
+    if (!has_limits()) return std::nullopt;
+    const Eigen::Vector3d axis = axis_.cast<double>();
+    return model_type_ == ::pcl::SACMODEL_PERPENDICULAR_PLANE ? sac::NormalLimits::parallel(axis, eps_angle_)
+                                                              : sac::NormalLimits::perpendicular(axis, eps_angle_);
+  }
+
+  std::optional<Plane> find() {
+    const int threads = threads_ < 0 ? 1 : threads_;
+    const std::uint64_t seed = random_ ? seed_++ : seed_;
+    const bool msac = method_type_ == ::pcl::SAC_MSAC || method_type_ == ::pcl::SAC_RMSAC;
+    const bool pretest = method_type_ == ::pcl::SAC_RRANSAC || method_type_ == ::pcl::SAC_RMSAC;
+    const sac::CloudData data(points_, threads);
+    const sac::PlaneProblem problem(data, threshold_, msac ? sac::Scoring::msac : sac::Scoring::inliers, seed, 0, sample_, limits());
+    const sac::RansacResult<Plane> found = sac::ransac(problem,
+                         {.probability = probability_,
+                          .max_iterations = static_cast<std::uint32_t>(max_iterations_),
+                          .pretest_points = pretest ? 1 : 0,
+                          .local_optimisation = optimise_,
+                          .seed = seed,
+                          .threads = threads},
+                         work_);
+    iterations_ = found.iterations;
+    if (!found.model || !optimise_) return found.model;
+    // PCL's last step is a fit whatever it does to the inliers; here it is not to lose any.
+    const std::optional<Plane> fit = problem.refine_on_all(*found.model);
+    return fit && problem.verify(*fit, {}).inliers >= found.score.inliers ? fit : found.model;
+  }
+
+  void select_inliers(const Plane& plane, ::pcl::Indices& indices) const {
+    constexpr std::size_t kStretch = 4096;
+    std::array<::pcl::index_t, kStretch> found;
+    const Eigen::Vector4f p = (Eigen::Vector4d() << plane.normal, plane.d).finished().cast<float>();
+    const auto threshold = static_cast<float>(threshold_);
+    const float* const x = points_.x();
+    const float* const y = points_.y();
+    const float* const z = points_.z();
+    for (std::size_t first = 0; first < points_.size(); first += kStretch) {
+      std::size_t n = 0;
+      for (std::size_t i = first; i < std::min(points_.size(), first + kStretch); ++i) {
+        found[n] = static_cast<::pcl::index_t>(i);
+        n += static_cast<std::size_t>(std::abs(p[0] * x[i] + (p[1] * y[i] + (p[2] * z[i] + p[3]))) <= threshold);
+      }
+      const auto end = found.begin() + static_cast<std::ptrdiff_t>(n);
+      if (!points_.source.empty()) {
+        std::transform(found.begin(), end, found.begin(), [this](::pcl::index_t i) {
+          return static_cast<::pcl::index_t>(points_.source[static_cast<std::size_t>(i)]);
+        });
+      }
+      indices.insert(indices.end(), found.begin(), end);
+    }
+  }
+
+  int model_type_ = -1;
+  int method_type_ = ::pcl::SAC_RANSAC;
+  double threshold_ = 0.0;
+  int max_iterations_ = 50;
+  double probability_ = 0.99;
+  int threads_ = -1;
+  bool optimise_ = true;
+  Eigen::Vector3f axis_ = Eigen::Vector3f::Zero();
+  double eps_angle_ = 0.0;
+  bool random_;
+  std::uint64_t seed_ = 0;
+
+  PointCloud points_;
+  PointCloud sample_;
+  sac::RansacWorkspace<sac::PlaneProblem> work_;
+  std::uint64_t iterations_ = 0;
+};
+
+}  // namespace fransac::pcl

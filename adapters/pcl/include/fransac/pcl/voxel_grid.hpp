@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+/// One point per occupied leaf, in the place of pcl::VoxelGrid.
+#pragma once
+
+#include <pcl/filters/filter.h>
+#include <pcl/impl/pcl_base.hpp>
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fransac/filter/voxel_grid.hpp"
+#include "fransac/pcl/field_means.hpp"
+#include "fransac/pcl/points.hpp"
+
+namespace fransac::pcl {
+
+/// Replaces the points of every leaf by their mean: PCL's interface and defaults, with places in the grid in 64 bits (31 along an
+/// axis, 63 together), where PCL gives up beyond 2^31 leaves, empty ones included. PointT is any point type with x, y and z.
+///
+/// All registered fields are averaged: colours channel by channel, normals to unit length, labels by majority, as in PCL; fields
+/// that PCL leaves at zero as well.
+/// Points are in the order in which the input first enters their leaves.
+template <class PointT>
+class VoxelGrid : public ::pcl::Filter<PointT> {
+ public:
+  using typename ::pcl::Filter<PointT>::PointCloud;
+
+  VoxelGrid() { this->filter_name_ = "VoxelGrid"; }
+
+  /// Metres.
+  void setLeafSize(float x, float y, float z) { leaf_size_ = {x, y, z}; }
+  void setLeafSize(const Eigen::Vector4f& leaf_size) { leaf_size_ = leaf_size.head<3>(); }
+  [[nodiscard]] Eigen::Vector3f getLeafSize() const { return leaf_size_; }
+  /// False: x, y and z alone; the other fields are as in a new point.
+  void setDownsampleAllData(bool all) { all_data_ = all; }
+  [[nodiscard]] bool getDownsampleAllData() const { return all_data_; }
+  void setMinimumPointsNumberPerVoxel(unsigned int fewest) { fewest_ = fewest; }
+  [[nodiscard]] unsigned int getMinimumPointsNumberPerVoxel() const { return fewest_; }
+  /// Leaves can be looked up either way.
+  void setSaveLeafLayout(bool save) { save_leaf_layout_ = save; }
+  [[nodiscard]] bool getSaveLeafLayout() const { return save_leaf_layout_; }
+  /// Points whose value of this field is outside the limits are left out; empty: none are.
+  void setFilterFieldName(const std::string& name) { field_ = name; }
+  [[nodiscard]] std::string getFilterFieldName() const { return field_; }
+  void setFilterLimits(const double& min, const double& max) {
+    limit_min_ = min;
+    limit_max_ = max;
+  }
+  void getFilterLimits(double& min, double& max) const {
+    min = limit_min_;
+    max = limit_max_;
+  }
+  /// Points strictly between the limits are left out instead.
+  void setFilterLimitsNegative(bool negative) { negative_ = negative; }
+  [[nodiscard]] bool getFilterLimitsNegative() const { return negative_; }
+  /// Not in PCL. 0: all cores; negative, the default: one. Never changes the answer.
+  void setNumberOfThreads(int threads = -1) { threads_ = threads; }
+
+  // Of the grid that filter() made last. Places beyond 32 bits are shown as the largest or smallest int.
+  [[nodiscard]] Eigen::Vector3i getMinBoxCoordinates() const { return to_int(grid_.smallest); }
+  [[nodiscard]] Eigen::Vector3i getMaxBoxCoordinates() const { return to_int(grid_.largest); }
+  [[nodiscard]] Eigen::Vector3i getNrDivisions() const {
+    return to_int(grid_.largest - grid_.smallest + Grid::Index::Ones());
+  }
+  [[nodiscard]] Eigen::Vector3i getGridCoordinates(float x, float y, float z) const { return to_int(grid_.index_at({x, y, z})); }
+  /// Where in the output the leaf with these coordinates is, -1 where there is none.
+  [[nodiscard]] int getCentroidIndexAt(const Eigen::Vector3i& place) const { return output_at({place.x(), place.y(), place.z()}); }
+  /// Where in the output the leaf is that this point lies in, -1 where there is none.
+  [[nodiscard]] int getCentroidIndex(const PointT& p) const {
+    return detail::is_finite(p) ? output_at(grid_.index_at({p.x, p.y, p.z})) : -1;
+  }
+  /// The same of leaves so many steps from the point's (a column each).
+  [[nodiscard]] std::vector<int> getNeighborCentroidIndices(const PointT& p, const Eigen::MatrixXi& steps) const {
+    std::vector<int> found(static_cast<std::size_t>(steps.cols()), -1);
+    if (!detail::is_finite(p)) return found;
+    const Grid::Index place = grid_.index_at({p.x, p.y, p.z});
+    for (Eigen::Index i = 0; i < steps.cols(); ++i) {
+      found[static_cast<std::size_t>(i)] = output_at(place + Grid::Index(steps(0, i), steps(1, i), steps(2, i)));
+    }
+    return found;
+  }
+
+ protected:
+  void applyFilter(PointCloud& output) override {
+    output.clear();
+    output.is_dense = true;
+    output_of_.clear();
+    if (!((leaf_size_.array() > 0.0F).all() && leaf_size_.allFinite())) return complain("the leaf size must be positive");
+    if (!read_points()) return;
+    const int threads = threads_ < 0 ? 1 : threads_;
+    const Status status = voxel_grid(points_, leaf_size_.cast<double>(), LeafPoint::centroid, grid_, threads);
+    if (!status) {  // too many leaves for 63 bits: like PCL with too many for 31
+      complain(status.error().message);
+      output = *this->input_;
+      return;
+    }
+    number_leaves();
+    write(output);
+  }
+
+ private:
+  using Grid = ::fransac::VoxelGrid;
+
+  void complain(const std::string& what) const { detail::complain(this->getClassName() + "::applyFilter", what); }
+
+  bool read_points() {
+    const ::pcl::PointCloud<PointT>& input = *this->input_;
+    const ::pcl::Indices* const indices = this->fake_indices_ ? nullptr : this->indices_.get();
+    if (field_.empty()) {
+      detail::read(input, indices, points_);
+      return true;
+    }
+    const std::optional<detail::Component> field = detail::field_named<PointT>(field_);
+    if (!field) {
+      complain("the points have no field '" + field_ + "'");
+      return false;
+    }
+    detail::read(input, indices, [&](std::size_t i) { return keeps(field->read(input[i])); }, points_);
+    return true;
+  }
+
+  /// Limits themselves are kept either way, and so is NaN, as in PCL.
+  [[nodiscard]] bool keeps(double value) const {
+    return negative_ ? !(value < limit_max_ && value > limit_min_) : !(value > limit_max_ || value < limit_min_);
+  }
+
+  /// Finds the place in the output of each leaf with enough points.
+  void number_leaves() {
+    output_of_.resize(grid_.leaves.size());
+    outputs_ = 0;
+    for (std::size_t leaf = 0; leaf < output_of_.size(); ++leaf) {
+      output_of_[leaf] = grid_.point_count[leaf] >= fewest_ ? static_cast<int>(outputs_++) : -1;
+    }
+  }
+
+  void write(PointCloud& output) {
+    output.resize(outputs_);
+    output.width = static_cast<std::uint32_t>(outputs_);
+    output.height = 1;
+    if (all_data_ && detail::has_more_than_xyz<PointT>()) write_means(output);
+    for (std::size_t leaf = 0; leaf < output_of_.size(); ++leaf) {
+      if (output_of_[leaf] < 0) continue;
+      PointT& p = output[static_cast<std::size_t>(output_of_[leaf])];
+      p.x = grid_.leaves.x()[leaf];
+      p.y = grid_.leaves.y()[leaf];
+      p.z = grid_.leaves.z()[leaf];
+    }
+  }
+
+  void write_means(PointCloud& output) const {
+    detail::FieldMeans<PointT> means(outputs_);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const int place = output_of_[grid_.leaf_of[i]];
+      if (place >= 0) means.add(static_cast<std::size_t>(place), (*this->input_)[points_.source_of(i)]);
+    }
+    for (std::size_t place = 0; place < outputs_; ++place) means.get(place, output[place]);
+  }
+
+  [[nodiscard]] int output_at(const Grid::Index& place) const {
+    const std::uint32_t leaf = grid_.leaf_at(place);
+    return leaf < output_of_.size() ? output_of_[leaf] : -1;
+  }
+
+  static Eigen::Vector3i to_int(const Grid::Index& place) {
+    constexpr std::int64_t kMin = std::numeric_limits<int>::min();
+    constexpr std::int64_t kMax = std::numeric_limits<int>::max();
+    return place.cwiseMax(kMin).cwiseMin(kMax).cast<int>();
+  }
+
+  Eigen::Vector3f leaf_size_ = Eigen::Vector3f::Zero();
+  bool all_data_ = true;
+  unsigned int fewest_ = 0;
+  bool save_leaf_layout_ = false;
+  std::string field_;
+  double limit_min_ = std::numeric_limits<float>::lowest();
+  double limit_max_ = std::numeric_limits<float>::max();
+  bool negative_ = false;
+  int threads_ = -1;
+
+  ::fransac::PointCloud points_;
+  Grid grid_;
+  std::vector<int> output_of_;  ///< Of each leaf; -1: it has too few points.
+  std::size_t outputs_ = 0;
+};
+
+}  // namespace fransac::pcl
