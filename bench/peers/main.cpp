@@ -20,7 +20,7 @@ namespace fransac::bench {
 namespace {
 
 struct Command {
-  std::vector<std::string> suites{"segment", "planes", "voxel_grid", "floor"};
+  std::vector<std::string> suites{"segment", "planes", "voxel_grid", "sac", "floor"};
   std::vector<std::string> datasets;
   bool chosen_datasets = true;  ///< By the user.
   std::vector<std::string> peers;
@@ -48,8 +48,9 @@ Party everybody() {
 #ifdef FRANSAC_BENCH_HAS_PCL
   add_pcl_sac(party);
   add_pcl_organized(party);
-  add_pcl_voxel_grid(party);
+  add_pcl_clouds(party);
   add_pcl_clusters(party);
+  add_pcl_adapter(party);
 #endif
 #ifdef FRANSAC_BENCH_HAS_OPEN3D
   add_open3d(party);
@@ -82,6 +83,7 @@ std::vector<Contestant> contestants_of(const Command& command, const Party& part
 
 bool is_segment(const Entry& entry) { return entry.task == Task::segment; }
 bool is_voxel_grid(const Entry& entry) { return entry.task == Task::voxel_grid; }
+bool is_sac(const Entry& entry) { return entry.task == Task::sac; }
 bool is_objects(const Entry& entry) { return entry.task == Task::objects || entry.id == "floor-deproject"; }
 bool is_floor(const Entry& entry) { return entry.task == Task::floor; }
 bool finds_all_planes(const Entry& entry) { return entry.method == kAllPlanes || entry.id == "floor-deproject"; }
@@ -90,7 +92,7 @@ bool for_resolutions(const Entry& entry) {
 }
 /// Methods that know clouds: no organised neighbours, no camera.
 bool for_points(const Entry& entry) {
-  return (is_voxel_grid(entry) && entry.id != "voxel-grid-depth") ||
+  return (is_voxel_grid(entry) && entry.id != "voxel-grid-depth" && entry.id != "adapter-voxelgrid") ||
          (is_segment(entry) && (entry.method == "ransac" || entry.method == "fransac" || entry.id == "open3d-segment-voxel"));
 }
 bool for_threads(const Entry& entry) { return entry.id == "cells" || entry.id == "fransac" || entry.id == "ransac"; }
@@ -169,6 +171,7 @@ void run_threads(const Command& command, std::vector<Row>& rows) {
 void run_suite(const Command& command, const Party& party, const std::string& suite, std::vector<Row>& rows) {
   if (suite == "segment") return run_on_datasets(command, party, suite, is_segment, rows);
   if (suite == "voxel_grid") return run_on_datasets(command, party, suite, is_voxel_grid, rows);
+  if (suite == "sac") return run_on_datasets(command, party, suite, is_sac, rows);
   if (suite == "planes") return run_planes(command, party, rows);
   if (suite == "objects") return run_objects(command, party, rows);
   if (suite == "floor") return run_on_datasets(command, party, suite, is_floor, rows);
@@ -205,7 +208,7 @@ int parse_and_run(int argc, char** argv) {
                "bench_peers");
   app.add_option("--suite", command.suites, "what is timed")
       ->delimiter(',')
-      ->check(CLI::IsMember({"segment", "planes", "objects", "voxel_grid", "floor", "resolution", "points", "threads"}))
+      ->check(CLI::IsMember({"segment", "planes", "objects", "voxel_grid", "sac", "floor", "resolution", "points", "threads"}))
       ->capture_default_str();
   app.add_option("--dataset", command.datasets,
                  "folders of frames, or 'synth'; default: tum and mosd of ../shared/data if there, else synth");

@@ -8,7 +8,7 @@ extern "C" __attribute__((visibility("default"))) void fransac_bench_native(fran
 #ifdef FRANSAC_BENCH_HAS_PCL
   add_pcl_sac(*party);
   add_pcl_organized(*party);
-  add_pcl_voxel_grid(*party);
+  add_pcl_clouds(*party);
   add_pcl_clusters(*party);
 #endif
 #ifdef FRANSAC_BENCH_HAS_CGAL

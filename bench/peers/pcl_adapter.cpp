@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The adapter in the place of PCL's classes: PCL's cloud in memory to indices and coefficients, or to a cloud of PCL's, in
-/// memory.
+/// The adapter in the place of PCL's classes.
+#include "cloud_peers.hpp"
 #include "fransac/pcl/sac_segmentation.hpp"
 #include "fransac/pcl/voxel_grid.hpp"
-#include "pcl_cloud.hpp"
-#include "pcl_peers.hpp"
 
 namespace fransac::bench {
 

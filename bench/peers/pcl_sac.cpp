@@ -9,6 +9,7 @@
 #include <pcl/pcl_config.h>
 #include <pcl/sample_consensus/rransac.h>
 #include <pcl/sample_consensus/sac_model_plane.h>
+#include <pcl/segmentation/sac_segmentation.h>
 
 #include <limits>
 

@@ -9,6 +9,7 @@ namespace fransac::bench {
 enum class Task {
   segment,     ///< Depth in memory to labels of all pixels in memory.
   voxel_grid,  ///< Cloud in memory to downsampled cloud in memory.
+  sac,         ///< Cloud in memory to a plane and the indices of its inliers in memory.
   objects,     ///< Depth in memory to object ids of all pixels in memory.
   floor,       ///< What the machine allows.
 };
@@ -50,7 +51,11 @@ inline constexpr Entry kRoster[] = {
     {"pcl-voxelgrid-packaged", "pcl", "packaged", "voxel-grid", Task::voxel_grid},
     {"pcl-approximate-voxelgrid-native", "pcl", "native", "voxel-grid", Task::voxel_grid},
     {"pcl-approximate-voxelgrid-packaged", "pcl", "packaged", "voxel-grid", Task::voxel_grid},
+    {"adapter-voxelgrid", "fransac", "project", "voxel-grid", Task::voxel_grid},
     {"open3d-voxelgrid", "open3d", "packaged", "voxel-grid", Task::voxel_grid},
+    {"adapter-sac", "fransac", "project", "sac", Task::sac},
+    {"pcl-sac-native", "pcl", "native", "sac", Task::sac},
+    {"pcl-sac-packaged", "pcl", "packaged", "sac", Task::sac},
     {"obstacles", "fransac", "project", "objects", Task::objects},
     {"pcl-clusters-native", "pcl", "native", "objects", Task::objects},
     {"pcl-clusters-packaged", "pcl", "packaged", "objects", Task::objects},

@@ -16,7 +16,7 @@ def rows_of(suites, frames):
 
 def main():
     # The first is a room without objects, the second a desk.
-    rows = rows_of("segment,planes,voxel_grid,floor", "1") + rows_of("objects", "2")
+    rows = rows_of("segment,planes,voxel_grid,sac,floor", "1") + rows_of("objects", "2")
     complaints = []
     for row in rows:
         name = f"{row['suite']} {row['peer']}"
@@ -34,6 +34,8 @@ def main():
                 complaints.append(f"{name}: {row.get('true_objects')} objects, F1 {row.get('object_f1_50')}")
         if row["suite"] == "voxel_grid" and not 100 < row.get("leaves", 0) < row["points"]:
             complaints.append(f"{name}: {row.get('leaves')} leaves")
+        if row["suite"] == "sac" and not 0.1 * row["points"] < row.get("inliers", 0) <= row["points"]:
+            complaints.append(f"{name}: {row.get('inliers')} inliers")
     if not any(row.get("true_objects") and row["peer"] == "obstacles" for row in rows):
         complaints.append("objects: no frame with one")
     missing = ALWAYS - {row["peer"] for row in rows}
