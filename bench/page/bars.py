@@ -246,6 +246,16 @@ def obstacles_bar(results: Results) -> Iterator[Claim]:
     )
 
 
+def adapter_bar(results: Results) -> Iterator[Claim]:
+    """The adapter against the class in whose place it stands, on the same cloud."""
+    for suite, peer, method in (("sac", "adapter-sac", "SACSegmentation"), ("voxel_grid", "adapter-voxelgrid", "VoxelGrid")):
+        ours = results.select(suite=suite, peer=peer)
+        for build, limit in (("packaged", 8.0), ("native", 3.0)):
+            rivals = [row for row in results.select(suite=suite, library="pcl", build=build) if "approximate" not in row.peer]
+            value = times_faster(results, ours, rivals, "tum")
+            yield Claim(f"`fransac::pcl::{method}` faster than PCL's, {build}", "tum", "≥", limit, value)
+
+
 BARS: tuple[Callable[[Results], Iterator[Claim]], ...] = (
     cells_time_bar,
     cells_accuracy_bar,
@@ -253,6 +263,7 @@ BARS: tuple[Callable[[Results], Iterator[Claim]], ...] = (
     floor_bar,
     fransac_bar,
     voxel_grid_bar,
+    adapter_bar,
     ransac_bar,
     rransac_bar,
     label_bar,

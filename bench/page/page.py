@@ -498,6 +498,7 @@ BLOCKS: dict[str, Callable[[Results], str]] = {
     "segment": _per_dataset("segment"),
     "same method": same_method,
     "voxel grid": _per_dataset("voxel_grid"),
+    "sac": _per_dataset("sac"),
     "floor": _per_dataset("floor"),
     "stages": stages,
     "fps by scene": fps_by_scene,

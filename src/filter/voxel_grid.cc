@@ -53,38 +53,66 @@ Result<Lattice> make_lattice(const PointCloud& cloud, const Eigen::Vector3d& lea
 /// Fewer points are not worth a thread of their own.
 constexpr std::size_t kLeastPart = std::size_t{1} << 17;
 
-/// Numbers the leaves of the points [begin, end) and adds their points up. Neighbours mostly share a leaf, so a run of equal keys
-/// is looked up once and added up in registers.
+/// Points that are looked at together. What is kept of each fits into the first-level cache, coordinates and keys included.
+constexpr std::size_t kStretch = 512;
+
+/// Runs of neighbours that share a leaf, in a stretch of points. Where a run ends cannot be predicted, so nothing here branches
+/// on it: sums of runs are differences of running sums, which are as exact (Lattice::rounder).
+struct Runs {
+  std::array<std::uint32_t, kStretch + 1> start;  ///< First point of each run, then the number of points.
+  std::array<std::uint32_t, kStretch> run_of;
+  std::array<std::uint32_t, kStretch> leaf;                ///< Of each run.
+  std::array<std::array<double, 3>, kStretch + 1> before;  ///< Sums of the points before each one.
+
+  /// Returns the number of runs; `leaf` is left to the caller.
+  std::size_t find(const PointCloud& cloud, std::size_t first, std::size_t size, const std::uint64_t* keys,
+                   const std::array<double, 3>& rounder) {
+    const float* const x = cloud.x() + first;
+    const float* const y = cloud.y() + first;
+    const float* const z = cloud.z() + first;
+    std::array<double, 3> sum{};
+    std::uint32_t runs = 0;
+    std::uint64_t previous = ~keys[0];
+    for (std::size_t i = 0; i < size; ++i) {
+      start[runs] = static_cast<std::uint32_t>(i);
+      runs += static_cast<std::uint32_t>(keys[i] != previous);
+      previous = keys[i];
+      run_of[i] = runs - 1;
+      before[i] = sum;
+      sum[0] += (static_cast<double>(x[i]) + rounder[0]) - rounder[0];
+      sum[1] += (static_cast<double>(y[i]) + rounder[1]) - rounder[1];
+      sum[2] += (static_cast<double>(z[i]) + rounder[2]) - rounder[2];
+    }
+    start[runs] = static_cast<std::uint32_t>(size);
+    before[size] = sum;
+    return runs;
+  }
+};
+
+/// Numbers the leaves of the points [begin, end) and adds their points up, a look-up for each run of equal keys.
 void add_points(const PointCloud& cloud, const Lattice& lattice, std::size_t begin, std::size_t end, CloudPart& part,
-                std::uint32_t* leaf_of_point) {
-  constexpr std::size_t kStretch = 1024;  // points whose keys are made at a time: 8 KiB
+                std::uint32_t* leaf_of) {
   const std::array<double, 3> rounder = lattice.rounder;
   part.table.restart();
   part.leaves.clear();
   alignas(kAlignment) std::array<std::uint64_t, kStretch> keys;
+  Runs runs;
   for (std::size_t first = begin; first < end; first += kStretch) {
-    const float* const x = cloud.x() + first;
-    const float* const y = cloud.y() + first;
-    const float* const z = cloud.z() + first;
-    std::uint32_t* const leaf_of = leaf_of_point + first;
-    kernels::leaf_keys(x, y, z, std::min(kStretch, cloud.padded_size() - first), lattice.key, keys.data());
     const std::size_t size = std::min(kStretch, end - first);
-    for (std::size_t i = 0; i < size;) {
-      const std::uint64_t key = keys[i];
-      const std::uint32_t number = part.table.find_or_add(key);
-      if (number == part.leaves.size()) part.leaves.push_back({.key = key});
-      const std::size_t run = i;
-      std::array<double, 3> sum{};
-      for (; i < size && keys[i] == key; ++i) {
-        sum[0] += (static_cast<double>(x[i]) + rounder[0]) - rounder[0];
-        sum[1] += (static_cast<double>(y[i]) + rounder[1]) - rounder[1];
-        sum[2] += (static_cast<double>(z[i]) + rounder[2]) - rounder[2];
-        leaf_of[i] = number;
-      }
+    kernels::leaf_keys(cloud.x() + first, cloud.y() + first, cloud.z() + first, std::min(kStretch, cloud.padded_size() - first),
+                       lattice.key, keys.data());
+    const std::size_t count = runs.find(cloud, first, size, keys.data(), rounder);
+    for (std::size_t run = 0; run < count; ++run) {
+      const std::uint32_t from = runs.start[run];
+      const std::uint32_t to = runs.start[run + 1];
+      const std::uint32_t number = part.table.find_or_add(keys[from]);
+      if (number == part.leaves.size()) part.leaves.push_back({.key = keys[from]});
       CloudLeaf& leaf = part.leaves[number];
-      leaf.count += static_cast<std::uint32_t>(i - run);
-      for (std::size_t axis = 0; axis < 3; ++axis) leaf.sum[axis] += sum[axis];
+      leaf.count += to - from;
+      for (std::size_t axis = 0; axis < 3; ++axis) leaf.sum[axis] += runs.before[to][axis] - runs.before[from][axis];
+      runs.leaf[run] = number;
     }
+    for (std::size_t i = 0; i < size; ++i) leaf_of[first + i] = runs.leaf[runs.run_of[i]];
   }
 }
 

@@ -75,6 +75,9 @@ TEST(VoxelGridProperty, PointsAndCentroidsLieInTheirLeafAndCountsAddUp) {
       const Vector3d halves = centres.leaves.point(l) / leaf - Vector3d::Constant(0.5);
       RC_ASSERT((halves - halves.array().round().matrix()).cwiseAbs().maxCoeff() * leaf <= kRounding);
     }
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      RC_ASSERT(centroids.leaf_at(centroids.index_at(cloud.local(i).cast<float>())) == centroids.leaf_of[i]);
+    }
     // No two leaves are the same cube.
     for (std::size_t a = 0; a < leaves; ++a) {
       for (std::size_t b = 0; b < a; ++b) {

@@ -25,6 +25,8 @@ ARROWS = {
     # Programs and bindings know public headers only, whichever they like.
     "python": {"core", "filter", "sac", "planes", "obstacles", "track", "eval", "synth", "io", "facade"},
     "apps": {"core", "filter", "sac", "planes", "obstacles", "track", "eval", "synth", "io", "cloud_io", "facade"},
+    # So do adapters; their headers stand under include/ of their own.
+    "adapters": {"core", "filter", "sac", "planes"},
 }
 
 # Which headers from outside the project a module may include, by the first part of the path. The standard library and
@@ -34,6 +36,7 @@ OUTSIDE = {
     "kernels": {"hwy"},
     "io": {"nlohmann", "spng.h", "turbojpeg.h", "fcntl.h", "sys", "unistd.h"},
     "cloud_io": {"pcl", "boost"},
+    "adapters": {"pcl"},
     "apps": {"CLI", "fmt", "nlohmann", "unistd.h"},
     "python": {"nanobind"},
 }
@@ -55,7 +58,7 @@ SOURCE_SUFFIXES = {".hpp", ".h", ".cc", ".cpp", ".in"}
 SPDX = "SPDX-License-Identifier: Apache-2.0"
 SPDX_SUFFIXES = SOURCE_SUFFIXES | {".py", ".cmake", ".sh"}
 SPDX_NAMES = {"CMakeLists.txt"}
-FOLDERS = ("include", "src", "apps", "bench", "cmake", "fuzz", "python", "scripts", "tests", ".ci")
+FOLDERS = ("include", "src", "apps", "adapters", "bench", "cmake", "fuzz", "python", "scripts", "tests", ".ci")
 
 # What a library must not call: it would print, or end the program of its user. Demangled names as `nm -C` prints them.
 FORBIDDEN_SYMBOLS = re.compile(
@@ -106,7 +109,7 @@ def module_of(path):
 def resolve(root, path, name):
     """The file of the tree that `#include "name"` in `path` means, or None."""
     beside = (pathlib.PurePosixPath(path).parent / name).as_posix()
-    for candidate in ("include/" + name, "include/" + name + ".in", "src/" + name, beside):
+    for candidate in ("include/" + name, "adapters/pcl/include/" + name, "include/" + name + ".in", "src/" + name, beside):
         if (pathlib.Path(root) / candidate).is_file():
             return candidate
     return None
@@ -114,7 +117,7 @@ def resolve(root, path, name):
 
 def check_includes(root):
     complaints = []
-    for path in files(root, ("include", "src", "apps", "python")):
+    for path in files(root, ("include", "src", "apps", "adapters", "python")):
         if pathlib.PurePosixPath(path).suffix not in SOURCE_SUFFIXES:
             continue
         module = module_of(path)
@@ -151,8 +154,8 @@ def inside_complaint(path, module, name, target):
     public = target.startswith("include/")
     if path.startswith("include/") and not public:
         return f'is public and includes the private "{name}"'
-    if module in ("apps", "python") and not public and other != module:
-        return f'is a program and includes the private "{name}"'
+    if module in ("apps", "adapters", "python") and not public and other != module:
+        return f'is outside the library and includes the private "{name}"'
     if other != module and other not in ARROWS[module]:
         return f'includes "{name}": no arrow leads from {module} to {other}'
     return None
@@ -185,7 +188,7 @@ def check_version(root):
 
 def check_repeatable(root):
     complaints = []
-    for path in files(root, ("include", "src", "apps", "python", "bench", "tests", "fuzz")):
+    for path in files(root, ("include", "src", "apps", "adapters", "python", "bench", "tests", "fuzz")):
         if pathlib.PurePosixPath(path).suffix not in SOURCE_SUFFIXES:
             continue
         for match in UNREPEATABLE.finditer(COMMENT.sub("", read(root, path))):

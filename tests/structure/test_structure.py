@@ -77,6 +77,8 @@ class Checks(unittest.TestCase):
             "TBB elsewhere": {"src/core/c.cc": "#include <tbb/parallel_for.h>\n"},
             "threads made elsewhere": {"src/core/c.cc": "#include <thread>\n"},
             "a program that includes a private header": {"apps/fransac/a.cpp": '#include "planes/p.hpp"\n', private: ""},
+            "an adapter that includes a private header": {"adapters/pcl/include/fransac/pcl/a.hpp": '#include "planes/p.hpp"\n', private: ""},
+            "the library that includes an adapter": {"src/core/c.cc": '#include "fransac/pcl/a.hpp"\n', "adapters/pcl/include/fransac/pcl/a.hpp": ""},
             "the parts that need no cloud": {"src/io/i.cc": '#include "fransac/io/cloud_file.hpp"\n', "include/fransac/io/cloud_file.hpp": ""},
             "a header that is not there": {private: '#include "planes/missing.hpp"\n'},
             "angle brackets": {private: "#include <fransac/core/c.hpp>\n"},
@@ -94,6 +96,8 @@ class Checks(unittest.TestCase):
             "src/kernels/k.cc": '#include <hwy/highway.h>\n#include "kernels/k.h"\n',
             "apps/fransac/a.cpp": '#include "a.hpp"\n#include "fransac/planes/p.hpp"\n#include <CLI/CLI.hpp>\n',
             "apps/fransac/a.hpp": "",
+            "adapters/pcl/include/fransac/pcl/a.hpp": '#include <pcl/pcl_base.h>\n#include "fransac/pcl/b.hpp"\n#include "fransac/planes/p.hpp"\n',
+            "adapters/pcl/include/fransac/pcl/b.hpp": "#include <Eigen/Core>\n",
         }
         self.assertEqual(self.complaints(rules.check_includes, sound), [])
 

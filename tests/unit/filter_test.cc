@@ -231,6 +231,36 @@ TEST(VoxelGrid, FlooringIsTowardsMinusInfinity) {
   }
 }
 
+TEST(VoxelGrid, BoxesOfAnyEdges) {
+  VoxelGrid grid;
+  const PointCloud cloud =
+      testing::cloud_of({{0.5, 0.5, 0.5}, {1.5, 0.25, 0.75}, {0.5, 1.5, 0.5}, {0.5, 0.5, 2.5}, {-0.5, 0, 0}});
+  ASSERT_TRUE(voxel_grid(cloud, Vector3d(2.0, 1.0, 4.0), LeafPoint::centre, grid));
+  EXPECT_THAT(grid.leaf_of, ElementsAre(0, 0, 1, 0, 2));
+  EXPECT_EQ(grid.leaves.local(0), Vector3d(1.0, 0.5, 2.0));
+  EXPECT_EQ(grid.leaves.local(1), Vector3d(1.0, 1.5, 2.0));
+  EXPECT_EQ(grid.leaves.local(2), Vector3d(-1.0, 0.5, 2.0));
+  EXPECT_EQ(grid.smallest, VoxelGrid::Index(-1, 0, 0));
+  EXPECT_EQ(grid.largest, VoxelGrid::Index(0, 1, 0));
+  EXPECT_FALSE(voxel_grid(cloud, Vector3d(1.0, 0.0, 1.0), LeafPoint::centre, grid));
+}
+
+TEST(VoxelGrid, LeavesByTheirIndex) {
+  const VoxelGrid grid = grid_of(hand_made(), 1.0);
+  EXPECT_EQ(grid.leaf_at({0, 0, 0}), 0U);
+  EXPECT_EQ(grid.leaf_at({-1, 0, 0}), 1U);
+  EXPECT_EQ(grid.leaf_at({2, 0, 0}), 2U);
+  constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max();
+  for (const VoxelGrid::Index& empty : {VoxelGrid::Index(1, 0, 0), VoxelGrid::Index(0, 1, 0), VoxelGrid::Index(-2, 0, 0),
+                                        VoxelGrid::Index(3, 0, 0), VoxelGrid::Index(0, 0, -kFar), VoxelGrid::Index(kFar, 0, 0)}) {
+    EXPECT_EQ(grid.leaf_at(empty), VoxelGrid::kNoLeaf);
+  }
+  EXPECT_EQ(grid.index_at({2.5F, 0.5F, 0.5F}), VoxelGrid::Index(2, 0, 0));
+  EXPECT_EQ(grid.index_at({-7.5F, 40.0F, -0.5F}), VoxelGrid::Index(-8, 40, -1));
+  EXPECT_EQ(grid.leaf_at(grid.index_at({1e30F, -1e30F, 0.0F})), VoxelGrid::kNoLeaf);
+  EXPECT_EQ(VoxelGrid{}.leaf_at({0, 0, 0}), VoxelGrid::kNoLeaf);
+}
+
 TEST(VoxelGrid, TheWholeCloudInOneLeaf) {
   const VoxelGrid grid = grid_of(testing::cloud_of({{1, 2, 3}, {3, 2, 1}}), 10.0, LeafPoint::centre);
   ASSERT_EQ(grid.leaves.size(), 1U);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -588,6 +589,47 @@ TEST(PlaneProblem, FindsThePlaneUnderOutliers) {
       EXPECT_NEAR(result.model->d, truth.d, 4e-3);
     }
   }
+}
+
+TEST(NormalLimits, AllowAnglesOnBothSides) {
+  const auto plane = [](double degrees) {
+    const double a = degrees * std::numbers::pi / 180.0;
+    return *make_plane({std::sin(a), 0.0, std::cos(a)}, 1.0);
+  };
+  const NormalLimits parallel = NormalLimits::parallel({0.0, 0.0, -3.0}, 10.0 * std::numbers::pi / 180.0);
+  const NormalLimits perpendicular = NormalLimits::perpendicular({0.0, 0.0, 2.0}, 10.0 * std::numbers::pi / 180.0);
+  for (const double side : {-1.0, 1.0}) {
+    EXPECT_TRUE(parallel.allow(plane(side * 9.9)));
+    EXPECT_TRUE(parallel.allow(plane(180.0 - side * 9.9)));
+    EXPECT_FALSE(parallel.allow(plane(side * 10.1)));
+    EXPECT_TRUE(perpendicular.allow(plane(90.0 + side * 9.9)));
+    EXPECT_FALSE(perpendicular.allow(plane(90.0 + side * 10.1)));
+  }
+}
+
+TEST(PlaneProblem, NoModelLeavesTheLimits) {
+  // Most points are on z = 1, some on x = 1: only the latter is allowed, and neither a sample nor a fit may be anything else.
+  RandomStream random = testing::test_random();
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 6000; ++i) {
+    const double a = testing::uniform(random, -1.0, 1.0);
+    const double b = testing::uniform(random, -1.0, 1.0);
+    points.emplace_back(i % 5 == 0 ? Eigen::Vector3d(1.0, a, b) : Eigen::Vector3d(a, b, 1.0));
+  }
+  const PointCloud cloud = testing::cloud_of(points);
+  const CloudData data(cloud);
+  PointCloud sample;
+  const NormalLimits limits = NormalLimits::parallel({1.0, 0.0, 0.0}, 0.2);
+  const PlaneProblem problem(data, 0.01, Scoring::msac, 0, 0, sample, limits);
+  const auto result = run(problem, {.probability = 0.999});
+  ASSERT_TRUE(result.model);
+  EXPECT_LT((result.model->normal.cwiseAbs() - Eigen::Vector3d::UnitX()).norm(), 1e-3);
+  EXPECT_FALSE(problem.refine(*make_plane({0.0, 0.0, -1.0}, 1.0)));
+  EXPECT_FALSE(problem.refine_on_all(*make_plane({0.0, 0.0, -1.0}, 1.0)));
+  const NormalLimits none = NormalLimits::parallel({0.0, 1.0, 0.0}, 0.01);
+  const PlaneProblem impossible(data, 0.001, Scoring::msac, 0, 0, sample, none);
+  const auto nothing = run(impossible, {.max_iterations = 5});
+  EXPECT_TRUE(!nothing.model || none.allow(*nothing.model));
 }
 
 TEST(PlaneProblem, RefineFitsTheInliersOnly) {
