@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """An example of the adapter prints the planes that it prints with PCL: compare_examples.py NAME OURS PCL'S"""
 
+import itertools
 import pathlib
 import random
 import struct
@@ -53,7 +54,10 @@ def complaints(ours, theirs):
     found, wanted = planes(ours), planes(theirs)
     if not wanted or len(found) != len(wanted):
         yield f"{len(found)} planes, PCL {len(wanted)}"
-    for (plane, inliers), (pcl_plane, pcl_inliers) in zip(found, wanted):
+    # From the second plane on the two search what they left over themselves: inliers count together with those before.
+    sums = itertools.accumulate(inliers for _, inliers in found)
+    pcl_sums = itertools.accumulate(inliers for _, inliers in wanted)
+    for (plane, _), (pcl_plane, _), inliers, pcl_inliers in zip(found, wanted, sums, pcl_sums):
         if max(abs(a - b) for a, b in zip(plane, pcl_plane)) > TOLERANCE:
             yield f"plane {plane}, PCL {pcl_plane}"
         if inliers < pcl_inliers:
