@@ -41,6 +41,11 @@ function(fransac_library name component)
                                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
                                     PRIVATE ${PROJECT_SOURCE_DIR}/src)
   if(FRANSAC_INSTALL)
-    install(TARGETS ${name} EXPORT ${name})
+    set(cloud)
+    if(component STREQUAL "cloud_io")
+      set(cloud cloud_)
+    endif()
+    install(TARGETS ${name} EXPORT ${name} RUNTIME COMPONENT ${cloud}lib LIBRARY COMPONENT ${cloud}lib NAMELINK_COMPONENT ${cloud}dev
+                                           ARCHIVE COMPONENT ${cloud}dev)
   endif()
 endfunction()

@@ -55,11 +55,14 @@ const char* principle(synth::Sensor sensor) {
   return "none";
 }
 
-std::string scene_list() {
-  std::string list;
-  for (const std::string_view name : synth::scene_names()) list += std::string(name) + ", ";
-  return list + "all";
+std::vector<std::string> scene_words() {
+  const auto names = synth::scene_names();
+  std::vector<std::string> words(names.begin(), names.end());
+  words.emplace_back("all");
+  return words;
 }
+
+std::string scene_list() { return joined(scene_words(), ", "); }
 
 void write_synth_frame(const fs::path& folder, synth::Motion motion, synth::SynthFrame frame) {
   const int width = frame.camera.width;
@@ -144,15 +147,15 @@ void check_scene(const std::string& scene) {
 /// Adds "--name NAME", one of an enum's names.
 template <Named Enum>
 void add_choice(CLI::App& app, const std::string& name, Enum& value, const std::string& help) {
-  app.add_option_function<std::string>(
-         name,
-         [name, &value](const std::string& text) {
-           const auto known = enum_from_name<Enum>(text);
-           if (!known) throw CLI::ValidationError(name, fmt::format("expected one of {}, not '{}'", enum_list<Enum>(), text));
-           value = *known;
-         },
-         fmt::format("{} [one of {}; default: {}]", help, enum_list<Enum>(), enum_name(value)))
-      ->type_name("NAME");
+  CLI::Option* const option = app.add_option_function<std::string>(
+      name,
+      [name, &value](const std::string& text) {
+        const auto known = enum_from_name<Enum>(text);
+        if (!known) throw CLI::ValidationError(name, fmt::format("expected one of {}, not '{}'", enum_list<Enum>(), text));
+        value = *known;
+      },
+      fmt::format("{} [one of {}; default: {}]", help, enum_list<Enum>(), enum_name(value)));
+  offer_words(option->type_name("NAME"), enum_words<Enum>());
 }
 
 }  // namespace
@@ -162,14 +165,14 @@ Command add_synth(CLI::App& parent) {
   auto command = std::make_shared<SynthCommand>();
   synth::SynthOptions& options = command->options;
   app->add_option("OUT_DIR", command->folder, "folder to make; may exist if it is empty")->required();
-  app->add_option_function<std::string>(
-         "--scene",
-         [&options](const std::string& scene) {
-           check_scene(scene);
-           options.scene = scene;
-         },
-         fmt::format("what is seen [one of {}; default: {}]", scene_list(), options.scene))
-      ->type_name("NAME");
+  CLI::Option* const scene_option = app->add_option_function<std::string>(
+      "--scene",
+      [&options](const std::string& scene) {
+        check_scene(scene);
+        options.scene = scene;
+      },
+      fmt::format("what is seen [one of {}; default: {}]", scene_list(), options.scene));
+  offer_words(scene_option->type_name("NAME"), scene_words());
   add_choice(*app, "--noise", options.sensor, "how depth is measured");
   add_choice(*app, "--motion", options.motion, "how the camera moves: about a spot, or on a smooth round as one sequence");
   add_count(*app, "--frames", command->frames, 1, 100000, "frames per scene");

@@ -116,6 +116,18 @@ bool read_value(const OptionInfo& info, const std::string& text, T& value) {
 template <class T>
 inline constexpr bool kIsFlag = std::is_same_v<T, bool> || std::is_same_v<T, std::optional<bool>>;
 
+/// The names of a value that has some.
+template <class T>
+std::vector<std::string> value_words() {
+  if constexpr (IsOptional<T>::value) {
+    return value_words<typename T::value_type>();
+  } else if constexpr (Named<T>) {
+    return enum_words<T>();
+  } else {
+    return {};
+  }
+}
+
 template <class T>
 const char* type_name() {
   if constexpr (IsOptional<T>::value) {
@@ -150,9 +162,10 @@ struct AddFlag {
       const auto set = [&value, info, flag, expected](const std::string& text) {
         if (!read_value(info, text, value)) reject(flag, expected, text);
       };
-      app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))
-          ->type_name(type_name<T>())
-          ->group(group);
+      CLI::Option* const option = app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))
+                                      ->type_name(type_name<T>())
+                                      ->group(group);
+      offer_words(option, value_words<T>());
     }
   }
 };
@@ -170,7 +183,8 @@ void add_planes(CLI::App& app, OptionInfo info, std::optional<int>& value) {
     }
   };
   info.unit = "";
-  app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))->type_name("N|all")->group(kGroup);
+  CLI::Option* const option = app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)));
+  offer_words(option->type_name("N|all")->group(kGroup), {"all"});
 }
 
 /// Reads "NAME=VALUE" into the parameter of that name; `given` are those of the same command line so far.
@@ -198,19 +212,19 @@ void set_parameter(const std::string& flag, const std::string& text, SensorOptio
 void add_sensor_parameters(CLI::App& app, SensorOptions& sensor) {
   const std::string flag = fmt::format("--{}", kSensorParam);
   std::string names;
+  std::vector<std::string> words;
   for_each_parameter(sensor, [&](const SensorParameter& parameter, const auto& /*value*/) {
     const std::string range = fmt::format("{}, {} to {}", parameter.unit, parameter.min, parameter.max);
     names += fmt::format("{}{}: {} ({})", names.empty() ? "" : "; ", parameter.name, parameter.help, range);
+    words.push_back(fmt::format("{}=", parameter.name));
   });
   const auto set = [&sensor, flag](const std::vector<std::string>& texts) {
     std::vector<std::string> given;
     for (const std::string& text : texts) set_parameter(flag, text, sensor, given);
   };
-  app.add_option_function<std::vector<std::string>>(
-         flag, set, fmt::format("a number of the sensor, once for each: {} [default: by the kind of sensor]", names))
-      ->type_name("NAME=VALUE")
-      ->allow_extra_args(false)
-      ->group(kGroup);
+  CLI::Option* const option = app.add_option_function<std::vector<std::string>>(
+      flag, set, fmt::format("a number of the sensor, once for each: {} [default: by the kind of sensor]", names));
+  offer_words(option->type_name("NAME=VALUE")->allow_extra_args(false)->group(kGroup), words);
 }
 
 void add_methods(CLI::App& app, const OptionInfo& info, std::vector<Method>& methods) {
@@ -229,9 +243,9 @@ void add_methods(CLI::App& app, const OptionInfo& info, std::vector<Method>& met
   };
   std::string defaults;
   for (const Method method : methods) defaults += (defaults.empty() ? "" : ",") + std::string(enum_name(method));
-  app.add_option_function<std::string>(flag, set,
-                                       fmt::format("methods, separated by commas, out of {} [default: {}]", known, defaults))
-      ->type_name("M,M,...");
+  CLI::Option* const option = app.add_option_function<std::string>(
+      flag, set, fmt::format("methods, separated by commas, out of {} [default: {}]", known, defaults));
+  offer_words(option->type_name("M,M,..."), enum_words<Method>());
 }
 
 /// "auto", "floor", "table" or a plane's label.
@@ -241,6 +255,12 @@ std::optional<SupportChoice> parse_support(const std::string& text) {
   const auto label = parse_number<int>(text);
   if (!label || *label < kLabelFirst || *label > kMaxPlanes) return std::nullopt;
   return SupportChoice{.kind = SupportKind::plane, .plane = *label};
+}
+
+std::vector<std::string> support_words() {
+  std::vector<std::string> words = enum_words<SupportKind>();
+  words.erase(words.begin() + static_cast<int>(SupportKind::plane));  // named by its number
+  return words;
 }
 
 void add_support(CLI::App& app, SupportChoice& support) {
@@ -254,9 +274,9 @@ void add_support(CLI::App& app, SupportChoice& support) {
   const std::string help =
       "the plane that obstacles are above or below; auto: the floor, else plane 1; table: the largest "
       "horizontal plane that is no floor";
-  app.add_option_function<std::string>(flag, set, describe({.help = help}, expected, support_text(support)))
-      ->type_name("NAME|N")
-      ->group(kObstacleGroup);
+  CLI::Option* const option =
+      app.add_option_function<std::string>(flag, set, describe({.help = help}, expected, support_text(support)));
+  offer_words(option->type_name("NAME|N")->group(kObstacleGroup), support_words());
 }
 
 template <class Options>
@@ -300,10 +320,10 @@ void add_count(CLI::App& app, const std::string& name, int& value, int min, int 
 }
 
 void add_camera(CLI::App& app, std::optional<std::filesystem::path>& camera) {
-  app.add_option_function<std::string>(
-         "--camera", [&camera](const std::string& name) { camera = name; },
-         "intrinsics instead of the frames' own: a camera.json, or freiburg1, freiburg2, freiburg3 of the TUM benchmark")
-      ->type_name("FILE|NAME");
+  CLI::Option* const option = app.add_option_function<std::string>(
+      "--camera", [&camera](const std::string& name) { camera = name; },
+      "intrinsics instead of the frames' own: a camera.json, or freiburg1, freiburg2, freiburg3 of the TUM benchmark");
+  offer_words(option->type_name("FILE|NAME"), {"freiburg1", "freiburg2", "freiburg3"});
 }
 
 void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help) {

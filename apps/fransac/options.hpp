@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "definition.hpp"
 #include "errors.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/options.hpp"
@@ -26,12 +28,15 @@ concept Named = requires {
   EnumNames<T>::values;
 };
 
+template <Named Enum>
+std::vector<std::string> enum_words() {
+  return {std::begin(EnumNames<Enum>::values), std::end(EnumNames<Enum>::values)};
+}
+
 /// "a, b, c"
 template <Named Enum>
 std::string enum_list() {
-  std::string list;
-  for (const std::string_view name : EnumNames<Enum>::values) list += (list.empty() ? "" : ", ") + std::string(name);
-  return list;
+  return joined(enum_words<Enum>(), ", ");
 }
 
 template <Named Enum>
