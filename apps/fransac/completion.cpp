@@ -83,7 +83,7 @@ std::string zsh_values(const OptionDefinition& option) {
   if (option.is_list) return "_sequence compadd - " + words;
   if (option.words.front().ends_with('=')) return fmt::format(" compadd -S \"\" - {}", words);
   if (option.offer == Offer::nothing) return fmt::format("({})", words);
-  return fmt::format("_alternative \"names\\:name\\:({})\" \"files\\:file\\:{}\"", words, files);
+  return fmt::format(" _alternative \"names\\:name\\:({})\" \"files\\:file\\:{}\"", words, files);
 }
 
 /// The arguments of zsh's _arguments, one for each name of an option.

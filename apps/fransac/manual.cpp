@@ -74,7 +74,7 @@ std::string paragraphs(const std::string& text) {
   bool begins = true;
   for (const std::string& line : CLI::detail::split(text, '\n')) {
     if (line.empty()) continue;
-    out += fmt::format("{}{}\n", begins ? ".PP\n" : "", escaped(line));
+    out += fmt::format("{}{}\n", begins && !out.empty() ? ".PP\n" : "", escaped(line));
     begins = line.ends_with('.') || line.ends_with(':');
   }
   return out;
@@ -103,8 +103,9 @@ std::string manual_page(const CommandDefinition& program, const std::string& ver
     page += fmt::format(".TP\n\\fB{}\\fR\n{}\n", escaped(command.name), escaped(command.help));
   }
   for (const CommandDefinition& command : program.commands) {
-    page += fmt::format(".SH \"COMMAND {}\"\n{}\n.PP\n{}\n{}{}", escaped(command.name), usage(program, command),
-                        escaped(command.help), entries(command), paragraphs(command.footer));
+    page += fmt::format(".SH \"COMMAND {}\"\n{}\n.PP\n{}\n{}", escaped(command.name), usage(program, command),
+                        escaped(command.help), entries(command));
+    if (!command.footer.empty()) page += ".PP\n" + paragraphs(command.footer);
   }
   return page + ".SH \"EXIT STATUS\"\n" + paragraphs(program.footer);
 }

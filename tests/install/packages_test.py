@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Debian packages in a system of their own: packages_test.py FOLDER COMPILER CONSUMER [CMAKE-OPTION…], FOLDER with the *.deb files.
+
+dpkg installs them into an empty folder whose list of packages is this machine's, so that it judges their dependencies; a program of
+somebody else's (the CMake project CONSUMER) is built against that folder alone, and the tool is run from there. Needs no network, and
+no other rights than this folder's. Exit code 77 where dpkg is missing. lintian is asked where it is installed.
+"""
+
+import contextlib
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+if not shutil.which("dpkg-deb") or len(sys.argv) < 4:
+    print("skipped: dpkg is missing" if len(sys.argv) >= 4 else __doc__)
+    sys.exit(77 if len(sys.argv) >= 4 else 2)
+FOLDER, COMPILER, CONSUMER = (os.path.abspath(word) for word in sys.argv[1:4])
+CMAKE_OPTIONS = sys.argv[4:]
+del sys.argv[1:]
+PACKAGES = sorted(pathlib.Path(FOLDER).glob("*.deb"))
+
+
+def run(*words, **more):
+    done = subprocess.run([str(word) for word in words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, **more)
+    if done.returncode != 0:
+        raise AssertionError(f"{' '.join(map(str, words))}: exit {done.returncode}\n{done.stdout}")
+    return done.stdout
+
+
+def field(package, name):
+    return run("dpkg-deb", "--field", package, name).strip()
+
+
+def by_name():
+    return {field(package, "Package"): package for package in PACKAGES}
+
+
+class Contents(unittest.TestCase):
+    """What stands in the packages."""
+
+    def test_there_are_these(self):
+        names = [re.sub(r"[\d.]+$", "", name) for name in by_name()]
+        self.assertEqual(sorted(names), ["fransac", "libfransac", "libfransac-cloud-io", "libfransac-cloud-io-dev", "libfransac-dev"])
+
+    def test_dependencies(self):
+        packages = by_name()
+        [library] = [name for name in packages if re.fullmatch(r"libfransac[\d.]+", name)]
+        [cloud] = [name for name in packages if re.fullmatch(r"libfransac-cloud-io[\d.]+", name)]
+        same = f"(= {field(packages[library], 'Version')})"
+        wanted = {
+            library: ["libc6 (", "libtbb12 (", "libhwy1 (", "libspng0 (", "libturbojpeg0 ("],
+            cloud: [f"{library} {same}", "libpcl-io1."],
+            "libfransac-dev": [f"{library} {same}", "libeigen3-dev"],
+            "libfransac-cloud-io-dev": [f"{cloud} {same}", f"libfransac-dev {same}"],
+            "fransac": [f"{library} {same}", f"{cloud} {same}", "libfmt9 ("],
+        }
+        for name, needs in wanted.items():
+            depends = field(packages[name], "Depends")
+            for need in needs:
+                self.assertIn(need, depends, name)
+        # A robot that has its images in memory gets no PCL.
+        self.assertNotIn("pcl", field(packages[library], "Depends"))
+        self.assertNotIn("pcl", field(packages["libfransac-dev"], "Depends"))
+
+    def test_the_tool_brings_its_manual_and_completions(self):
+        listing = run("dpkg-deb", "--contents", by_name()["fransac"])
+        for file in ("bin/fransac", "share/man/man1/fransac.1.gz", "share/bash-completion/completions/fransac",
+                     "share/zsh/vendor-completions/_fransac", "share/fish/vendor_completions.d/fransac.fish",
+                     "share/doc/fransac/copyright", "share/doc/fransac/changelog.Debian.gz"):
+            self.assertIn(f" ./usr/{file}\n", listing)
+
+    def test_no_file_is_in_two(self):
+        files = []
+        for package in PACKAGES:
+            files += re.findall(r" (\./\S+[^/\s])(?: -> .*)?\n", run("dpkg-deb", "--contents", package))
+        self.assertEqual(sorted(files), sorted(set(files)))
+
+    @unittest.skipUnless(shutil.which("lintian"), "lintian is not installed")
+    def test_lintian_finds_no_error(self):
+        root = ["--allow-root"] if os.geteuid() == 0 else []
+        # The address of the maintainer is for whoever publishes the packages to fill in.
+        run("lintian", *root, "--no-cfg", "--fail-on", "error", "--suppress-tags", "bogus-mail-host", *PACKAGES)
+
+
+class Installation(unittest.TestCase):
+    """The packages in a root of their own."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.stack = contextlib.ExitStack()
+        cls.root = pathlib.Path(cls.stack.enter_context(tempfile.TemporaryDirectory()))
+        admin = cls.root / "var/lib/dpkg"
+        (admin / "info").mkdir(parents=True)
+        (admin / "updates").mkdir()
+        shutil.copy("/var/lib/dpkg/status", admin)
+        shutil.copy("/var/lib/dpkg/arch", admin) if os.path.exists("/var/lib/dpkg/arch") else None
+        info = pathlib.Path("/var/lib/dpkg/info")
+        for file in [*info.glob("*.list"), info / "format"]:  # dpkg tells of packages whose files it does not know
+            shutil.copy(file, admin / "info")
+        # Scripts and triggers would want the rest of a system.
+        run("dpkg", f"--root={cls.root}", f"--log={cls.root}/dpkg.log", "--force-not-root", "--force-script-chrootless", "--no-triggers",
+            "--install", *PACKAGES, env={**os.environ, "PATH": f"{os.environ['PATH']}:/usr/sbin:/sbin"})
+        [cls.libraries] = {library.parent for library in cls.root.rglob("libfransac*.so.*")}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.stack.close()
+
+    def environment(self):
+        return {**os.environ, "LD_LIBRARY_PATH": str(self.libraries), "PKG_CONFIG_PATH": str(self.libraries / "pkgconfig")}
+
+    def test_dpkg_has_them_all_as_they_were(self):
+        for name in by_name():
+            status = run("dpkg-query", f"--root={self.root}", "--show", "--showformat=${db:Status-Status}", name)
+            self.assertEqual(status, "installed", name)
+            self.assertEqual(run("dpkg", f"--root={self.root}", "--verify", name), "")
+
+    def test_the_tool_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tool = self.root / "usr/bin/fransac"
+            for line in run("ldd", tool, env=self.environment()).splitlines():
+                if "libfransac" in line:
+                    self.assertIn(f"=> {self.libraries}/", line)
+            run(tool, "synth", "frames", "--width", "160", "--height", "120", cwd=folder, env=self.environment())
+            run(tool, "segment", "frames", "--cloud", "clouds", cwd=folder, env=self.environment())
+            self.assertTrue(list(pathlib.Path(folder, "clouds").glob("*.ply")))
+
+    def test_nothing_tells_where_it_was_built(self):
+        dynamic = run("readelf", "--dynamic", self.root / "usr/bin/fransac", *self.libraries.glob("libfransac*.so.*.*.*"))
+        self.assertNotIn("RUNPATH", dynamic)
+
+    def test_a_program_is_built_against_them(self):
+        with tempfile.TemporaryDirectory() as build:
+            run("cmake", "-S", CONSUMER, "-B", build, "-G", "Ninja", "-DCONSUMER_READS_FILES=ON", f"-DCMAKE_CXX_COMPILER={COMPILER}",
+                f"-DCMAKE_PREFIX_PATH={self.root}/usr", *CMAKE_OPTIONS)
+            cache = pathlib.Path(build, "CMakeCache.txt").read_text(encoding="utf-8")
+            self.assertIn(f"fransac_DIR:PATH={self.root}", cache)
+            run("cmake", "--build", build)
+            for program in ("segment_a_wall", "write_and_read"):
+                run(pathlib.Path(build, program), cwd=build, env=self.environment())
+
+    def test_pkg_config_finds_them(self):
+        flags = run("pkg-config", "--cflags", "--libs", "fransac-cloud-io", env=self.environment())
+        self.assertIn("-lfransac_cloud_io", flags)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
