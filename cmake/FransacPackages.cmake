@@ -15,7 +15,12 @@ set(FRANSAC_MAINTAINER "fransac maintainers <fransac@example.org>" CACHE STRING 
 set(debian_version ${PROJECT_VERSION}-1)
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # of SOURCE_DATE_EPOCH, if that is set
 set(changelog ${PROJECT_BINARY_DIR}/changelog.Debian)
-configure_file(${PROJECT_SOURCE_DIR}/cmake/debian/changelog.in ${changelog} @ONLY)
+file(WRITE ${changelog} "fransac (${debian_version}) unstable; urgency=medium
+
+  * Version ${PROJECT_VERSION}. What changed stands in CHANGELOG.md of the sources.
+
+ -- ${FRANSAC_MAINTAINER}  ${date}
+")
 file(REMOVE ${changelog}.gz)
 execute_process(COMMAND ${GZIP} -9nk ${changelog} COMMAND_ERROR_IS_FATAL ANY)
 
@@ -48,6 +53,10 @@ fransac_package(cloud_dev libfransac-cloud-io-dev libdevel "planes and obstacles
 fransac_package(tool fransac science "planes and obstacles in depth frames and point clouds: command line"
                 "${about}\n\nThis package holds the command line, its manual page and completions for bash,\nzsh and fish."
                 DEPENDS lib cloud_lib)
+if(FRANSAC_BUILD_PYTHON)  # whose files must then be installed into lib/python3/dist-packages
+  fransac_package(python python3-fransac python "planes and obstacles in depth frames and point clouds: Python"
+                  "${about}\n\nThis package holds the Python module." DEPENDS lib NEEDS python3 python3-numpy)
+endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)

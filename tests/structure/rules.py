@@ -58,7 +58,7 @@ SOURCE_SUFFIXES = {".hpp", ".h", ".cc", ".cpp", ".in"}
 SPDX = "SPDX-License-Identifier: Apache-2.0"
 SPDX_SUFFIXES = SOURCE_SUFFIXES | {".py", ".cmake", ".sh"}
 SPDX_NAMES = {"CMakeLists.txt"}
-FOLDERS = ("include", "src", "apps", "adapters", "bench", "cmake", "fuzz", "python", "scripts", "tests", ".ci")
+FOLDERS = ("include", "src", "apps", "adapters", "bench", "cmake", "fuzz", "python", "scripts", "tests", "test_package", ".ci")
 
 # What a library must not call: it would print, or end the program of its user. Demangled names as `nm -C` prints them.
 FORBIDDEN_SYMBOLS = re.compile(
@@ -77,6 +77,8 @@ UNREPEATABLE = re.compile(
     r"\brandom_device\b|\bsrand\s*\(|(?<![\w:.>])rand\s*\(\s*\)|\btime\s*\(\s*(?:NULL|nullptr|0|&)|\bsystem_clock\b|\bgettimeofday\b"
 )
 
+LINK = re.compile(r"\]\((?![a-z]+:)([^)#\s]*)(?:#([^)\s]+))?\)")
+CODE = re.compile(r"```.*?```|`[^`\n]*`", re.DOTALL)
 INCLUDE = re.compile(r"^\s*#\s*include\s*([<\"])([^>\"]+)[>\"]", re.MULTILINE)
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
@@ -184,6 +186,34 @@ def check_version(root):
     suffixes = SPDX_SUFFIXES | {".txt", ".json"}
     paths = [p for p in files(root) if pathlib.PurePosixPath(p).suffix in suffixes] + ["CMakePresets.json"]
     return [f"{path}: repeats the version" for path in paths if literal.search(read(root, path))]
+
+
+def check_citation(root):
+    """CITATION.cff names the version of project()."""
+    cited = re.search(r"^version: (\S+)$", read(root, "CITATION.cff"), re.MULTILINE)
+    if cited and cited.group(1) == version_of(root):
+        return []
+    return [f"CITATION.cff: version is not {version_of(root)}"]
+
+
+def anchors(text):
+    """What a link can jump to in a page: its headings, as the pages' hosts spell them."""
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def check_links(root):
+    """Links of Markdown pages to files and headings of this tree."""
+    root = pathlib.Path(root)
+    complaints = []
+    for page in [*root.glob("*.md"), *root.glob("docs/**/*.md")]:
+        for target, anchor in LINK.findall(CODE.sub("", page.read_text(encoding="utf-8"))):
+            file = page.parent / target if target else page
+            if not file.exists():
+                complaints.append(f"{page.relative_to(root)}: no file {target}")
+            elif anchor and file.suffix == ".md" and anchor not in anchors(file.read_text(encoding="utf-8")):
+                complaints.append(f"{page.relative_to(root)}: no heading #{anchor} in {file.name}")
+    return complaints
 
 
 def check_repeatable(root):

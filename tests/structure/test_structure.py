@@ -31,6 +31,12 @@ class Tree(unittest.TestCase):
     def test_the_version_stands_once(self):
         self.assert_none(rules.check_version(ROOT))
 
+    def test_the_citation_is_of_this_version(self):
+        self.assert_none(rules.check_citation(ROOT))
+
+    def test_links_lead_somewhere(self):
+        self.assert_none(rules.check_links(ROOT))
+
     def test_runs_are_repeatable(self):
         self.assert_none(rules.check_repeatable(ROOT))
 
@@ -108,6 +114,17 @@ class Checks(unittest.TestCase):
     def test_version(self):
         self.assertEqual(len(self.complaints(rules.check_version, {"src/core/c.cc": 'auto v = "1.2.3";\n'})), 1)
         self.assertEqual(self.complaints(rules.check_version, {"src/core/c.cc": "auto v = 11.2; // 1.2.3.4\n"}), [])
+
+    def test_citation(self):
+        self.assertEqual(len(self.complaints(rules.check_citation, {"CITATION.cff": "cff-version: 1.2.0\nversion: 1.2.2\n"})), 1)
+        self.assertEqual(self.complaints(rules.check_citation, {"CITATION.cff": "cff-version: 1.2.0\nversion: 1.2.3\n"}), [])
+
+    def test_links(self):
+        for fault in ("[a](b.md)", "[a](#b)", "![a](docs/b.svg)", "[a](docs/c.md#e)"):
+            with self.subTest(fault):
+                self.assertEqual(len(self.complaints(rules.check_links, {"README.md": fault, "docs/c.md": "# D\n"})), 1)
+        sound = {"README.md": "[a](docs/c.md#two-words-1) [b](https://x.y/z#a) `[c](d)`", "docs/c.md": "## Two `words` (1)\n[up](../README.md)"}
+        self.assertEqual(self.complaints(rules.check_links, sound), [])
 
     def test_repeatable(self):
         for fault in ("std::random_device d;", "srand(1);", "auto seed = time(nullptr);", "std::chrono::system_clock::now();"):
