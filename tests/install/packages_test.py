@@ -20,7 +20,8 @@ import unittest
 if not shutil.which("dpkg-deb") or len(sys.argv) < 4:
     print("skipped: dpkg is missing" if len(sys.argv) >= 4 else __doc__)
     sys.exit(77 if len(sys.argv) >= 4 else 2)
-FOLDER, COMPILER, CONSUMER = (os.path.abspath(word) for word in sys.argv[1:4])
+FOLDER, CONSUMER = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[3])
+COMPILER = sys.argv[2]
 CMAKE_OPTIONS = sys.argv[4:]
 del sys.argv[1:]
 PACKAGES = sorted(pathlib.Path(FOLDER).glob("*.deb"))
@@ -82,10 +83,12 @@ class Contents(unittest.TestCase):
         self.assertEqual(sorted(files), sorted(set(files)))
 
     @unittest.skipUnless(shutil.which("lintian"), "lintian is not installed")
-    def test_lintian_finds_no_error(self):
+    def test_lintian_finds_nothing(self):
         root = ["--allow-root"] if os.geteuid() == 0 else []
         # The address of the maintainer is for whoever publishes the packages to fill in.
-        run("lintian", *root, "--no-cfg", "--fail-on", "error", "--suppress-tags", "bogus-mail-host", *PACKAGES)
+        # It is no upload to Debian; and CPack lets the packages call ldconfig besides asking for it.
+        tags = "bogus-mail-host,initial-upload-closes-no-bugs,maintscript-calls-ldconfig"
+        run("lintian", *root, "--no-cfg", "--fail-on", "error,warning", "--suppress-tags", tags, *PACKAGES)
 
 
 class Installation(unittest.TestCase):
@@ -99,9 +102,8 @@ class Installation(unittest.TestCase):
         (admin / "info").mkdir(parents=True)
         (admin / "updates").mkdir()
         shutil.copy("/var/lib/dpkg/status", admin)
-        shutil.copy("/var/lib/dpkg/arch", admin) if os.path.exists("/var/lib/dpkg/arch") else None
         info = pathlib.Path("/var/lib/dpkg/info")
-        for file in [*info.glob("*.list"), info / "format"]:  # dpkg tells of packages whose files it does not know
+        for file in [*info.glob("*.list"), info / "format"]:  # without them dpkg warns of each package
             shutil.copy(file, admin / "info")
         # Scripts and triggers would want the rest of a system.
         run("dpkg", f"--root={cls.root}", f"--log={cls.root}/dpkg.log", "--force-not-root", "--force-script-chrootless", "--no-triggers",
