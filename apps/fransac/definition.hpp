@@ -2,13 +2,9 @@
 /// The command line as the parser knows it, for those who write it down: manual page, completions of shells.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
-
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
 
 namespace fransac::cli {
 
