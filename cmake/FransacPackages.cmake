@@ -50,6 +50,10 @@ fransac_package(dev libfransac-dev libdevel "planes and obstacles in depth frame
 fransac_package(cloud_dev libfransac-cloud-io-dev libdevel "planes and obstacles in depth frames: headers for files of point clouds"
                 "${about}\n\nThis package holds what is needed to build programs that read and write PCD\nand PLY files with it."
                 DEPENDS cloud_lib dev)
+if(FRANSAC_BUILD_PCL)
+  fransac_package(pcl_dev libfransac-pcl-dev libdevel "planes and obstacles in depth frames and point clouds: in PCL's place"
+                  "${about}\n\nThis package holds headers that stand where PCL's own stood." DEPENDS dev NEEDS libpcl-dev)
+endif()
 fransac_package(tool fransac science "planes and obstacles in depth frames and point clouds: command line"
                 "${about}\n\nThis package holds the command line, its manual page and completions for bash,\nzsh and fish."
                 DEPENDS lib cloud_lib)

@@ -24,7 +24,7 @@ std::string guarded(std::string_view text, std::string_view special) {
 }
 
 /// In single quotes, as bash and zsh read them.
-std::string quoted(std::string_view text) {
+std::string single_quoted(std::string_view text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
@@ -67,7 +67,7 @@ _fransac() {
 )";
 
 std::string bash_values(const OptionDefinition& option) {
-  const std::string words = quoted(joined(option.words));
+  const std::string words = single_quoted(joined(option.words));
   const bool parts = !option.words.empty() && option.words.front().ends_with('=');
   std::vector<std::string> calls;
   if (!option.words.empty())
@@ -93,7 +93,7 @@ std::string zsh_arguments(const CommandDefinition& command, std::string_view ind
     const std::string value = guarded(option.value, ":[]\\");
     if (option.positional) {
       text += fmt::format(" \\\n{}{}", indent,
-                          quoted(fmt::format("{}:{}:{}", option.repeated ? "*" : "", value, zsh_values(option))));
+                          single_quoted(fmt::format("{}:{}:{}", option.repeated ? "*" : "", value, zsh_values(option))));
       continue;
     }
     for (const std::string& name : option.names) {
@@ -101,7 +101,7 @@ std::string zsh_arguments(const CommandDefinition& command, std::string_view ind
       if (!option.value.empty() && name.starts_with("--")) argument += "=";
       argument += fmt::format("[{}]", guarded(option.summary, ":[]\\"));
       if (!option.value.empty()) argument += fmt::format(":{}:{}", value, zsh_values(option));
-      text += fmt::format(" \\\n{}{}", indent, quoted(argument));
+      text += fmt::format(" \\\n{}{}", indent, single_quoted(argument));
     }
   }
   return text;
@@ -140,7 +140,7 @@ std::string bash_completion(const CommandDefinition& program) {
   std::vector<std::string> first = command_names(program);
   for (const std::string& name : option_names(program)) first.push_back(name);
   std::string text(kBashHead);
-  text += fmt::format("  if ((COMP_CWORD == 1)); then\n    _fransac_words {}\n    return\n  fi\n", quoted(joined(first)));
+  text += fmt::format("  if ((COMP_CWORD == 1)); then\n    _fransac_words {}\n    return\n  fi\n", single_quoted(joined(first)));
   text += "  case $command:$previous in\n";
   for (const CommandDefinition& command : program.commands) {
     for (const OptionDefinition& option : command.options) {
@@ -153,7 +153,7 @@ std::string bash_completion(const CommandDefinition& program) {
   text += "  esac\n  [[ ${COMP_WORDS[COMP_CWORD]} != = && ${COMP_WORDS[COMP_CWORD - 1]} != = ]] || return\n";
   text += "  case $command:$current in\n";
   for (const CommandDefinition& command : program.commands) {
-    text += fmt::format("    {}:-*) _fransac_words {} ;;\n", command.name, quoted(joined(option_names(command))));
+    text += fmt::format("    {}:-*) _fransac_words {} ;;\n", command.name, single_quoted(joined(option_names(command))));
     if (command.takes_files()) text += fmt::format("    {}:*) _fransac_paths -f ;;\n", command.name);
   }
   return text + "  esac\n}\n\ncomplete -F _fransac fransac\n";
@@ -163,7 +163,7 @@ std::string zsh_completion(const CommandDefinition& program) {
   std::string text = "#compdef fransac\n\n_fransac() {\n  local curcontext=$curcontext state line\n  typeset -A opt_args\n";
   text += "  local -a commands=(\n";
   for (const CommandDefinition& command : program.commands) {
-    text += fmt::format("    {}\n", quoted(fmt::format("{}:{}", command.name, guarded(command.help, ":\\"))));
+    text += fmt::format("    {}\n", single_quoted(fmt::format("{}:{}", command.name, guarded(command.help, ":\\"))));
   }
   text += fmt::format("  )\n  _arguments -C{} \\\n    '1:command:->command' '*::argument:->argument' && return\n",
                       zsh_arguments(program, "    "));

@@ -47,7 +47,7 @@ class Contents(unittest.TestCase):
 
     def test_there_are_these(self):
         names = [re.sub(r"[\d.]+$", "", name) for name in by_name()]
-        self.assertEqual(sorted(names), ["fransac", "libfransac", "libfransac-cloud-io", "libfransac-cloud-io-dev", "libfransac-dev"])
+        self.assertEqual(sorted(names), ["fransac", "libfransac", "libfransac-cloud-io", "libfransac-cloud-io-dev", "libfransac-dev", "libfransac-pcl-dev"])
 
     def test_dependencies(self):
         packages = by_name()
@@ -59,6 +59,7 @@ class Contents(unittest.TestCase):
             cloud: [f"{library} {same}", "libpcl-io1."],
             "libfransac-dev": [f"{library} {same}", "libeigen3-dev"],
             "libfransac-cloud-io-dev": [f"{cloud} {same}", f"libfransac-dev {same}"],
+            "libfransac-pcl-dev": [f"libfransac-dev {same}", "libpcl-dev"],
             "fransac": [f"{library} {same}", f"{cloud} {same}", "libfmt9 ("],
         }
         for name, needs in wanted.items():
@@ -139,12 +140,12 @@ class Installation(unittest.TestCase):
 
     def test_a_program_is_built_against_them(self):
         with tempfile.TemporaryDirectory() as build:
-            run("cmake", "-S", CONSUMER, "-B", build, "-G", "Ninja", "-DCONSUMER_READS_FILES=ON", f"-DCMAKE_CXX_COMPILER={COMPILER}",
+            run("cmake", "-S", CONSUMER, "-B", build, "-G", "Ninja", "-DCONSUMER_READS_FILES=ON", "-DCONSUMER_USES_PCL=ON", f"-DCMAKE_CXX_COMPILER={COMPILER}",
                 f"-DCMAKE_PREFIX_PATH={self.root}/usr", *CMAKE_OPTIONS)
             cache = pathlib.Path(build, "CMakeCache.txt").read_text(encoding="utf-8")
             self.assertIn(f"fransac_DIR:PATH={self.root}", cache)
             run("cmake", "--build", build)
-            for program in ("segment_a_wall", "write_and_read"):
+            for program in ("segment_a_wall", "write_and_read", "pcl_plane"):
                 run(pathlib.Path(build, program), cwd=build, env=self.environment())
 
     def test_pkg_config_finds_them(self):
