@@ -41,7 +41,7 @@ struct VoxelGrid {
   using Index = Eigen::Matrix<std::int64_t, 3, 1>;
   /// Of the cloud's bounding box; zero for depth images.
   Index smallest = Index::Zero();
-  Index largest = Index::Zero();
+  Index largest = Index::Zero();  ///< Likewise.
 
   /// The leaf with this index, kNoLeaf where it holds no point. For grids of clouds; in those of depth images there is none.
   [[nodiscard]] std::uint32_t leaf_at(const Index& index) const;

@@ -84,14 +84,15 @@ inline constexpr float kMinThreshold = 1e-20F;
 /// Which planes may be found: those whose normal makes an angle with an axis, as undirected lines, whose cosine is within limits.
 struct NormalLimits {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< Unit vector.
-  double min_cosine = 0.0;
-  double max_cosine = 1.0;
+  double min_cosine = 0.0;                         ///< Of the angle, 0 to 1.
+  double max_cosine = 1.0;                         ///< Likewise.
 
   /// Normals within `angle_rad` of the axis.
   static NormalLimits parallel(const Eigen::Vector3d& axis, double angle_rad);
   /// Normals within `angle_rad` of being perpendicular to the axis.
   static NormalLimits perpendicular(const Eigen::Vector3d& axis, double angle_rad);
 
+  /// Whether a plane's normal is within the limits.
   [[nodiscard]] bool allow(const Plane& plane) const;
 };
 
