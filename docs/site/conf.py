@@ -82,8 +82,9 @@ def sections_of_docstring(app, what, name, obj, options, lines):
 
 
 def link_home(app, docname, source):
-    """README.md is the site's index."""
-    source[0] = source[0].replace("](../README.md", "](../index.md").replace("](README.md", "](index.md")
+    """README.md is the site's index; a folder has no page, and a link to it is its text."""
+    text = source[0].replace("](../README.md", "](../index.md").replace("](README.md", "](index.md")
+    source[0] = re.sub(r"\[([^]]+)\]\((?:\.\./)*[\w-]+/[\w/-]+\)", r"\1", text)
 
 
 def setup(app):
