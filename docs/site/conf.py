@@ -71,6 +71,9 @@ def sections_of_docstring(app, what, name, obj, options, lines):
     if not any(lines):
         logging.getLogger(__name__).warning("%s has no docstring", name)
     text = "\n".join(lines)
+    if what == "module":
+        text = re.sub(r"\n\n(?= {4}\S)", "\n\n.. code-block:: python\n\n", text)
+        lines[:] = text.split("\n")
     first = re.search(r"^\w.*\n-{3,}$", text, re.M)
     if not first:
         return
