@@ -13,7 +13,7 @@ import numpy.typing
 
 
 class NoDataError(ValueError):
-    pass
+    """Nothing was measured, or too little for a plane."""
 
 class Camera:
     """

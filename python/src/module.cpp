@@ -12,7 +12,7 @@
 NB_MODULE(_core, m) {
   using namespace fransac::python;
   m.doc() = "Planes and obstacles in depth frames and point clouds: the compiled part of fransac.";
-  nb::exception<NoData>(m, "NoDataError", PyExc_ValueError);
+  nb::exception<NoData>(m, "NoDataError", PyExc_ValueError).attr("__doc__") = "Nothing was measured, or too little for a plane.";
   bind_camera(m);
   bind_segmentation(m);
   bind_points(m);

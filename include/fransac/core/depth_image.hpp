@@ -9,6 +9,7 @@
 
 namespace fransac {
 
+/// What the values of a depth image mean.
 enum class DepthFormat {
   uint16,   ///< Raw units; metres = value / depth_scale; 0 is no measurement.
   float32,  ///< Metres; 0, negative, NaN and values above kMaxDepth_m are no measurement.
@@ -20,6 +21,7 @@ inline constexpr float kMaxDepth_m = 1e5F;
 /// A read-only view of a depth image (z along the optical axis, not range). It owns nothing.
 class DepthView {
  public:
+  /// An empty view, which is not valid.
   DepthView() = default;
 
   /// `data` holds `height` rows of `width` values; `row_stride_bytes` 0 means rows without gaps.
@@ -31,15 +33,18 @@ class DepthView {
   /// An image of the same size, format and scale in other memory.
   [[nodiscard]] DepthView in_memory(const void* data, std::ptrdiff_t row_stride_bytes) const;
 
-  [[nodiscard]] DepthFormat format() const { return format_; }
-  [[nodiscard]] int width() const { return width_; }
-  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] DepthFormat format() const { return format_; }  ///< What the values mean.
+  [[nodiscard]] int width() const { return width_; }            ///< Columns, pixels.
+  [[nodiscard]] int height() const { return height_; }          ///< Rows, pixels.
+  /// Pixels.
   [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
-  [[nodiscard]] std::ptrdiff_t row_stride_bytes() const { return row_stride_bytes_; }
+  [[nodiscard]] std::ptrdiff_t row_stride_bytes() const { return row_stride_bytes_; }  ///< From one row to the next.
   /// Metres per raw unit (1 for float32).
   [[nodiscard]] float metres_per_unit() const { return metres_per_unit_; }
 
+  /// Row v of a uint16 image, raw units.
   [[nodiscard]] const std::uint16_t* row_uint16(int v) const { return reinterpret_cast<const std::uint16_t*>(row(v)); }
+  /// Row v of a float32 image, metres.
   [[nodiscard]] const float* row_float(int v) const { return reinterpret_cast<const float*>(row(v)); }
 
   /// Depth in metres at a pixel, 0 where nothing was measured. For single look-ups; loops read rows.

@@ -13,17 +13,20 @@ namespace fransac {
 template <class Result>
 class IndexCallable {
  public:
+  /// Refers to `function`, which must outlive this.
   template <class F, class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, IndexCallable>>>
   IndexCallable(F&& function)  // NOLINT(google-explicit-constructor,bugprone-forwarding-reference-overload)
       : object_(const_cast<void*>(static_cast<const void*>(std::addressof(function)))),
         call_([](void* object, std::size_t i) -> Result { return (*static_cast<std::remove_reference_t<F>*>(object))(i); }) {}
-  Result operator()(std::size_t i) const { return call_(object_, i); }
+  Result operator()(std::size_t i) const { return call_(object_, i); }  ///< Calls it.
 
  private:
   void* object_;
   Result (*call_)(void*, std::size_t);
 };
+/// Does something with an index.
 using IndexFunction = IndexCallable<void>;
+/// Says something of an index.
 using IndexPredicate = IndexCallable<bool>;
 
 /// Calls `body(i)` for i in [0, n), on up to `threads` threads (0: all cores, 1: here, in order). Returns when all are

@@ -10,8 +10,8 @@ namespace fransac {
 /// The points p with normal . p + d = 0; |normal| = 1. Canonical sign: the origin (the camera) is on the positive
 /// side, d >= 0; a plane through the origin has its first non-zero normal component positive.
 struct Plane {
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  double d = 0.0;  ///< Metres.
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< Unit vector.
+  double d = 0.0;                                     ///< Metres.
 
   /// Signed distance in metres; positive on the origin's side.
   [[nodiscard]] double signed_distance(const Eigen::Vector3d& point) const { return normal.dot(point) + d; }

@@ -21,18 +21,20 @@ class PointCloud {
   /// Points that one padded block holds.
   static constexpr std::size_t kBlock = kAlignment / sizeof(float);
 
+  /// No points.
   PointCloud() = default;
 
-  [[nodiscard]] std::size_t size() const { return size_; }
-  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] std::size_t size() const { return size_; }  ///< Points.
+  [[nodiscard]] bool empty() const { return size_ == 0; }   ///< Whether there are none.
+  /// Points of all blocks, padding included.
   [[nodiscard]] std::size_t padded_size() const { return (size_ + kBlock - 1) / kBlock * kBlock; }
 
-  [[nodiscard]] const float* x() const { return x_.data(); }
-  [[nodiscard]] const float* y() const { return y_.data(); }
-  [[nodiscard]] const float* z() const { return z_.data(); }
-  float* x() { return x_.data(); }
-  float* y() { return y_.data(); }
-  float* z() { return z_.data(); }
+  [[nodiscard]] const float* x() const { return x_.data(); }  ///< padded_size() values, metres, relative to `origin`.
+  [[nodiscard]] const float* y() const { return y_.data(); }  ///< Likewise.
+  [[nodiscard]] const float* z() const { return z_.data(); }  ///< Likewise.
+  float* x() { return x_.data(); }                            ///< Likewise.
+  float* y() { return y_.data(); }                            ///< Likewise.
+  float* z() { return z_.data(); }                            ///< Likewise.
 
   /// The i-th point relative to `origin`.
   [[nodiscard]] Eigen::Vector3d local(std::size_t i) const {
@@ -40,6 +42,7 @@ class PointCloud {
   }
   /// The i-th point in the coordinates of the input.
   [[nodiscard]] Eigen::Vector3d point(std::size_t i) const { return local(i) + origin; }
+  /// Whether the i-th point has three finite coordinates.
   [[nodiscard]] bool finite(std::size_t i) const;
   /// Whether the i-th point is a measurement: finite, and not exactly (0, 0, 0) in the coordinates of the input. That is what
   /// many drivers write where nothing came back; thousands of such "points" would pull every plane through the sensor.
@@ -49,18 +52,21 @@ class PointCloud {
   void resize(std::size_t size);
   /// Sets the number of points without touching those that stay and without initialising new ones; only the padding is set.
   void resize_uninitialised(std::size_t size);
+  /// Removes all points; capacity stays.
   void clear() { resize_uninitialised(0); }
+  /// Sets the i-th point, relative to `origin`.
   void set(std::size_t i, const Eigen::Vector3f& local_point);
 
   /// Metres; added to every coordinate.
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  /// Organised clouds: columns and rows, width * height == size(). Unorganised: height 1 (width = size()) or both 0.
+  /// Organised clouds: columns, width * height == size(). Unorganised: height 1 (width = size()) or both 0.
   int width = 0;
-  int height = 0;
-  [[nodiscard]] bool organised() const { return height > 1; }
+  int height = 0;                                              ///< Rows, likewise.
+  [[nodiscard]] bool organised() const { return height > 1; }  ///< Whether it has rows and columns.
 
   /// Index in the input (pixel v * width + u, or point) of each point of a filtered cloud; empty: the identity.
   AlignedVector<std::uint32_t> source;
+  /// The i-th point's index in the input.
   [[nodiscard]] std::uint32_t source_of(std::size_t i) const {
     return source.empty() ? static_cast<std::uint32_t>(i) : source[i];
   }

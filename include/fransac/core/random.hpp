@@ -14,6 +14,7 @@ std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter, st
 /// stream i on any thread and in any order and the answer stays the same.
 class RandomStream {
  public:
+  /// Costs nothing until the first number is drawn.
   RandomStream(std::uint64_t seed, std::uint64_t index) : seed_(seed), index_(index) {}
 
   /// 32 uniform bits.

@@ -27,37 +27,43 @@ std::string_view to_string(ErrorCode code);
 
 /// A code for programs and a message for people. The message names the file, field or option concerned.
 struct Error {
-  ErrorCode code = ErrorCode::invalid_argument;
-  std::string message;
+  ErrorCode code = ErrorCode::invalid_argument;  ///< For programs.
+  std::string message;                           ///< For people; names the file, field or option.
 };
 
 /// Either a value or an Error. Reading the wrong one is a programming error; a debug build asserts.
 template <class T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}      // NOLINT(google-explicit-constructor)
+  /// Success.
+  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
+  /// Failure.
   Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
-  [[nodiscard]] bool ok() const { return state_.index() == 0; }
-  explicit operator bool() const { return ok(); }
+  [[nodiscard]] bool ok() const { return state_.index() == 0; }  ///< Whether it holds a value.
+  explicit operator bool() const { return ok(); }                ///< The same.
 
+  /// The value of a success.
   [[nodiscard]] const T& value() const& {
     assert(ok());
     return *std::get_if<0>(&state_);
   }
+  /// The value of a success.
   [[nodiscard]] T& value() & {
     assert(ok());
     return *std::get_if<0>(&state_);
   }
+  /// The value of a success.
   [[nodiscard]] T&& value() && {
     assert(ok());
     return std::move(*std::get_if<0>(&state_));
   }
-  const T& operator*() const& { return value(); }
-  T& operator*() & { return value(); }
-  const T* operator->() const { return &value(); }
-  T* operator->() { return &value(); }
+  const T& operator*() const& { return value(); }   ///< The same as value().
+  T& operator*() & { return value(); }              ///< The same as value().
+  const T* operator->() const { return &value(); }  ///< A member of the value.
+  T* operator->() { return &value(); }              ///< A member of the value.
 
+  /// The error of a failure.
   [[nodiscard]] const Error& error() const {
     assert(!ok());
     return *std::get_if<1>(&state_);
@@ -70,12 +76,13 @@ class [[nodiscard]] Result {
 /// Success, or an Error: the result of an operation that yields no value.
 class [[nodiscard]] Status {
  public:
-  Status() = default;
+  Status() = default;  ///< Success.
+  /// Failure.
   Status(Error error) : error_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
-  [[nodiscard]] bool ok() const { return !error_.has_value(); }
-  explicit operator bool() const { return ok(); }
-  [[nodiscard]] const Error& error() const { return *error_; }
+  [[nodiscard]] bool ok() const { return !error_.has_value(); }  ///< Whether it is a success.
+  explicit operator bool() const { return ok(); }                ///< The same.
+  [[nodiscard]] const Error& error() const { return *error_; }   ///< Of a failure.
 
  private:
   std::optional<Error> error_;

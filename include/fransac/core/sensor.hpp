@@ -10,6 +10,7 @@
 
 namespace fransac {
 
+/// How a sensor measures depth.
 enum class SensorKind {
   automatic,         ///< Noise estimated from the frame itself.
   structured_light,  ///< Kinect v1, Xtion, PrimeSense: sigma_z grows with z^2.
@@ -20,7 +21,7 @@ enum class SensorKind {
 
 /// What a user knows of the sensor. What is unset follows from the kind.
 struct SensorOptions {
-  SensorKind kind = SensorKind::automatic;
+  SensorKind kind = SensorKind::automatic;     ///< How it measures.
   std::optional<double> baseline_m{};          ///< Structured light and stereo: between projector or cameras.
   std::optional<double> disparity_error_px{};  ///< Structured light and stereo: one sigma of the disparity.
   std::optional<double> constant_m{};          ///< Time of flight: part of sigma_z that does not depend on the distance.
@@ -30,15 +31,16 @@ struct SensorOptions {
 
 /// What a user can say of a sensor in one number.
 struct SensorParameter {
-  std::string_view name{};  ///< In words joined by "-".
-  std::string_view unit{};
-  std::string_view help{};
+  std::string_view name{};      ///< In words joined by "-".
+  std::string_view unit{};      ///< "m", "px" or "m per m".
+  std::string_view help{};      ///< A few words.
   double min = 0.0;             ///< Smallest valid number.
   double max = 0.0;             ///< Largest valid number.
   bool triangulation = false;   ///< Means something to structured light and stereo.
   bool time_of_flight = false;  ///< Means something to time of flight.
   bool any = false;             ///< Means something to every kind.
 
+  /// Whether a sensor of this kind has such a number.
   [[nodiscard]] constexpr bool means_something_to(SensorKind kind) const {
     const bool triangulates = kind == SensorKind::structured_light || kind == SensorKind::stereo;
     return any || (triangulation && triangulates) || (time_of_flight && kind == SensorKind::time_of_flight);
@@ -85,18 +87,19 @@ inline constexpr double kKinectNoise_per_m = 1.425e-3;
 
 /// One standard deviation of a depth z: sigma_z(z)^2 = constant^2 + (linear z)^2 + (quadratic z^2)^2.
 struct DepthNoise {
-  double constant_m = 0.0;
-  double linear = 0.0;
-  double quadratic_per_m = 0.0;
+  double constant_m = 0.0;       ///< Metres, at any distance.
+  double linear = 0.0;           ///< Metres per metre of distance.
+  double quadratic_per_m = 0.0;  ///< Metres per square metre of distance.
 
-  [[nodiscard]] double sigma_m(double z_m) const;
+  [[nodiscard]] double sigma_m(double z_m) const;  ///< One standard deviation of a depth of z metres, metres.
   bool operator==(const DepthNoise&) const = default;
 };
 
+/// What `cells` believes of a sensor.
 struct SensorModel {
-  SensorKind kind = SensorKind::automatic;
-  DepthNoise noise;  ///< `automatic`: the largest that is believed.
-  double bias_m = 0.0;
+  SensorKind kind = SensorKind::automatic;  ///< How it measures.
+  DepthNoise noise;                         ///< `automatic`: the largest that is believed.
+  double bias_m = 0.0;                      ///< By how much a plane may be bent or shifted over the image, metres.
 
   bool operator==(const SensorModel&) const = default;
 };

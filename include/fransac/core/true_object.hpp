@@ -25,8 +25,8 @@ struct OrientedBox {
 
 /// What is known of a free-standing thing, in the camera's frame.
 struct TrueObject {
-  int id = 0;  ///< As in the image of objects, 1 to 65535.
-  OrientedBox box;
+  int id = 0;                    ///< As in the image of objects, 1 to 65535.
+  OrientedBox box;               ///< Around all of it, seen or not.
   std::optional<Plane> support;  ///< The level surface under its middle, other objects aside; nothing where there is none.
   double lowest_m = 0.0;         ///< Where it begins above the support; 0 without one.
   double highest_m = 0.0;        ///< Where it ends.

@@ -14,9 +14,9 @@ namespace fransac::eval {
 
 /// Precision, recall and F1 (Zeineldin & El-Fishawy eqs. 3 to 5), from pixel counts.
 struct Detection {
-  std::uint64_t true_positives = 0;
-  std::uint64_t false_positives = 0;
-  std::uint64_t false_negatives = 0;
+  std::uint64_t true_positives = 0;   ///< TP, pixels.
+  std::uint64_t false_positives = 0;  ///< FP, pixels.
+  std::uint64_t false_negatives = 0;  ///< FN, pixels.
 
   [[nodiscard]] double precision() const;  ///< TP / (TP + FP); 0 when nothing was predicted.
   [[nodiscard]] double recall() const;     ///< TP / (TP + FN); 0 when nothing is true.
@@ -31,33 +31,36 @@ Result<Detection> dominant_plane(std::span<const std::uint8_t> truth, std::span<
 /// The same for the predicted plane that overlaps truth label 1 most (by intersection; ties: the lower label): fair where two
 /// planes are about equally large. The label itself is returned too; 0 when no predicted plane overlaps.
 struct BestDetection {
-  Detection detection;
-  std::uint8_t label = 0;
+  Detection detection;     ///< Of that plane.
+  std::uint8_t label = 0;  ///< Its predicted label, or 0.
 };
+/// See BestDetection. Sizes must be equal (invalid_argument).
 Result<BestDetection> best_overlap(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted);
 
 /// The same turned round: one predicted plane against the true plane that it fits best, the label of 1 to 254 with the largest F1
 /// over the judged pixels (ties: the lower label). Fair to a method whose first plane is another than the truth's first. The
 /// true plane's label is returned too; 0, with no true pixels, when the predicted plane overlaps none.
 struct MatchedDetection {
-  Detection detection;
-  std::uint8_t label = 0;
+  Detection detection;     ///< Of that plane.
+  std::uint8_t label = 0;  ///< Its true label, or 0.
 };
+/// See MatchedDetection. Sizes must be equal (invalid_argument).
 Result<MatchedDetection> matched_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
                                        std::uint8_t predicted_label = 1);
 
 /// Matches of predicted to true planes, in the manner of EVOPS (Kornilova et al., "EVOPS Benchmark: Evaluation of Plane
 /// Segmentation from RGBD and LiDAR Data", 2022) and Hoover et al. (1996).
 struct InstanceMetrics {
-  int true_planes = 0;
-  int predicted_planes = 0;
+  int true_planes = 0;       ///< Those that are judged.
+  int predicted_planes = 0;  ///< Likewise.
+  /// Counts of one-to-one matches.
   struct AtIou {
-    double threshold = 0.0;
-    int matched = 0;
-    double precision = 0.0;
-    double recall = 0.0;
-    double f1 = 0.0;
-    double mean_iou = 0.0;  ///< Of the matched pairs; 0 without any.
+    double threshold = 0.0;  ///< Least intersection over union of a match.
+    int matched = 0;         ///< Pairs.
+    double precision = 0.0;  ///< matched / predicted; 0 when nothing was predicted.
+    double recall = 0.0;     ///< matched / true; 0 when nothing is true.
+    double f1 = 0.0;         ///< Harmonic mean; 0 when both are 0.
+    double mean_iou = 0.0;   ///< Of the matched pairs; 0 without any.
   };
   AtIou at50;                       ///< IoU >= 0.5
   AtIou at75;                       ///< IoU >= 0.75
@@ -76,15 +79,16 @@ Result<InstanceMetrics> instance_metrics(std::span<const std::uint8_t> truth, st
 
 /// Matches of predicted to true objects, as of planes.
 struct ObjectMetrics {
-  int true_objects = 0;
-  int predicted_objects = 0;
+  int true_objects = 0;             ///< Those that are judged.
+  int predicted_objects = 0;        ///< Likewise.
   InstanceMetrics::AtIou at50;      ///< IoU >= 0.5
   InstanceMetrics::AtIou at75;      ///< IoU >= 0.75
   double under_segmentation = 0.0;  ///< As of planes: share of the predicted objects that hold most of two or more true ones.
   double over_segmentation = 0.0;   ///< Share of the true objects that hold most of two or more predicted ones.
   int false_objects = 0;            ///< Predicted objects without a true one on most of their pixels.
+  /// A true object.
   struct Object {
-    std::uint16_t id = 0;
+    std::uint16_t id = 0;      ///< Its value in the image.
     std::uint64_t pixels = 0;  ///< Judged ones.
     double iou = 0.0;          ///< The best with a predicted object; 0 where none overlaps.
   };
@@ -95,6 +99,7 @@ struct ObjectMetrics {
 /// ignored, or a depth image. All sizes must be equal (invalid_argument).
 Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
                                      std::span<const std::uint8_t> judged);
+/// The same where `depth`, 16-bit raw values, is not 0.
 Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
                                      std::span<const std::uint16_t> depth);
 
@@ -103,6 +108,7 @@ struct PlaneError {
   double angle_rad = 0.0;  ///< Between the normals, [0, pi/2].
   double offset_m = 0.0;   ///< |d - d_true|, canonical signs (normals aligned first).
 };
+/// See PlaneError.
 PlaneError plane_error(const Plane& truth, const Plane& predicted);
 
 }  // namespace fransac::eval

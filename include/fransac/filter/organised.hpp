@@ -13,11 +13,12 @@ namespace fransac {
 
 /// The depth image that an organised cloud was made from. It owns its pixels.
 struct OrganisedDepth {
-  Camera camera;
+  Camera camera;              ///< Its size is the cloud's.
   std::vector<float> metres;  ///< z of each point, row by row; 0 where nothing was measured (see PointCloud::measured).
   double rms_px = 0.0;        ///< Root mean square distance of the projected points to their pixels.
   double max_px = 0.0;        ///< The largest one, along a row or a column.
 
+  /// `metres` as an image; valid while this is not changed.
   [[nodiscard]] DepthView view() const { return DepthView::from_float(metres.data(), camera.width, camera.height); }
 };
 

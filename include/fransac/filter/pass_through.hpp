@@ -7,11 +7,12 @@
 
 namespace fransac {
 
+/// A coordinate axis.
 enum class Axis { x, y, z };
 
 /// An interval of one coordinate, ends included.
 struct AxisLimits {
-  Axis axis = Axis::z;
+  Axis axis = Axis::z;   ///< The coordinate that the interval is of.
   double min_m = 0.0;    ///< Metres.
   double max_m = 4.5;    ///< Metres. Zeineldin & El-Fishawy, section 3: Z in 0 to 4.5 m, the Kinect's useful range.
   bool outside = false;  ///< Keep what lies outside the interval instead.
@@ -31,9 +32,9 @@ struct LocalLimits {
     return (inside != outside) & comparable;
   }
 
-  float min;  ///< The smallest float that is not below the lower limit.
-  float max;  ///< The largest float that is not above the upper limit.
-  bool outside;
+  float min;     ///< The smallest float that is not below the lower limit.
+  float max;     ///< The largest float that is not above the upper limit.
+  bool outside;  ///< As AxisLimits::outside.
 };
 
 /// Removes, in place and in order, the points that the limits do not keep, and those that are not finite.

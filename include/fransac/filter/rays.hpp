@@ -15,19 +15,19 @@ namespace fransac {
 /// Where each pixel looks: the point (x, y, 1) of its ray in the optical frame (x right, y down, z forward). A pixel of depth z
 /// measures the point z (x, y, 1). Not finite: the pixel has no ray.
 struct RayTable {
-  int width = 0;
-  int height = 0;
+  int width = 0;         ///< Columns, pixels.
+  int height = 0;        ///< Rows, pixels.
   std::vector<float> x;  ///< width * height values, row by row.
-  std::vector<float> y;
+  std::vector<float> y;  ///< Likewise.
 };
 
 /// Which pixel of the one image is which of the other. Depends on lens and camera only: made once, used for every frame.
 struct RayMap {
-  static constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  static constexpr std::uint32_t kNone = 0xFFFFFFFF;  ///< No pixel.
 
-  Camera ideal;
-  int width = 0;  ///< Of the original image.
-  int height = 0;
+  Camera ideal;                         ///< The pinhole.
+  int width = 0;                        ///< Of the original image.
+  int height = 0;                       ///< Of the original image.
   std::vector<std::uint32_t> original;  ///< Of each ideal pixel: the original pixel whose ray is nearest to its own; kNone: none.
   std::vector<std::uint32_t> projected;  ///< Of each original pixel: the ideal pixel that its ray meets; kNone: none.
 };

@@ -24,7 +24,7 @@ enum class LeafPoint {
 /// The result of a voxel grid, and the memory it is made in. Leaves are numbered in the order in which the input first enters
 /// them. Not for concurrent use.
 struct VoxelGrid {
-  VoxelGrid();
+  VoxelGrid();  ///< Empty.
   ~VoxelGrid();
   VoxelGrid(VoxelGrid&&) noexcept;
   VoxelGrid& operator=(VoxelGrid&&) noexcept;
@@ -35,13 +35,13 @@ struct VoxelGrid {
   std::uint64_t points = 0;                  ///< Input points that lie in a leaf.
   std::uint64_t measured = 0;                ///< Those, and the pixels that limits took away.
 
-  static constexpr std::uint32_t kNoLeaf = 0xFFFFFFFF;
+  static constexpr std::uint32_t kNoLeaf = 0xFFFFFFFF;  ///< In leaf_of: in no leaf.
 
   /// floor(p / leaf_size) along each axis.
   using Index = Eigen::Matrix<std::int64_t, 3, 1>;
   /// Of the cloud's bounding box; zero for depth images.
   Index smallest = Index::Zero();
-  Index largest = Index::Zero();
+  Index largest = Index::Zero();  ///< Likewise.
 
   /// The leaf with this index, kNoLeaf where it holds no point. For grids of clouds; in those of depth images there is none.
   [[nodiscard]] std::uint32_t leaf_at(const Index& index) const;
@@ -64,12 +64,13 @@ Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_po
 Status voxel_grid(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid,
                   int threads = 1);
 
+/// How the voxel grid of a depth image is made.
 struct DepthGridOptions {
-  double leaf_size_m = 0.02;
-  LeafPoint leaf_point = LeafPoint::centroid;
-  const AxisLimits* limits = nullptr;  ///< Pass-through; null: every measured pixel.
-  bool leaf_of = false;                ///< Whether to fill VoxelGrid::leaf_of (one per pixel), which takes time.
-  int threads = 1;                     ///< 0: all cores. Never changes the answer.
+  double leaf_size_m = 0.02;                   ///< Edge of a leaf.
+  LeafPoint leaf_point = LeafPoint::centroid;  ///< The point that stands for it.
+  const AxisLimits* limits = nullptr;          ///< Pass-through; null: every measured pixel.
+  bool leaf_of = false;                        ///< Whether to fill VoxelGrid::leaf_of (one per pixel), which takes time.
+  int threads = 1;                             ///< 0: all cores. Never changes the answer.
 };
 
 /// Deprojection, pass-through and voxel grid of a depth image in one: the same leaves as those of the deprojected cloud (but for

@@ -11,6 +11,7 @@
 
 namespace fransac::io {
 
+/// How the points of a file are written.
 enum class CloudEncoding { ascii, binary, binary_compressed };  ///< binary_compressed is PCD only.
 
 /// Reads a PCD (ascii, binary, binary_compressed) or PLY (ascii, binary, both byte orders) file; which it is, is found

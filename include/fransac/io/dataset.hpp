@@ -23,9 +23,10 @@ enum class InputKind {
   dataset,       ///< A folder whose sub-folders are frames, with or without dataset.json; or a folder of depth PNGs (with a
                  ///< camera.json).
   tum_sequence,  ///< A folder with depth.txt.
-  pcd,
-  ply,
+  pcd,           ///< A cloud in PCL's format.
+  ply,           ///< A cloud in the Stanford polygon format.
 };
+/// The name of a kind as it stands in this header, for example "tum_sequence".
 std::string_view to_string(InputKind kind);
 
 /// Errors: io when it does not exist or cannot be read; format when it is none of the kinds (the message says what was looked
@@ -34,30 +35,31 @@ Result<InputKind> detect_kind(const std::filesystem::path& input);
 
 /// The truth that a dataset's labels hold.
 enum class Truth {
-  none,
+  none,      ///< There are no labels.
   dominant,  ///< Only label 1, the dominant plane, is annotated.
   planes,    ///< All planes are annotated.
 };
 
 /// Where a frame's files are; nothing is loaded yet.
 struct FrameFiles {
-  std::string name;                              ///< Scene name: the frame folder's name, or the timestamp of a sequence.
-  std::filesystem::path depth;                   ///< 16-bit PNG.
-  std::optional<std::filesystem::path> colour;   ///< JPEG or PNG.
-  std::optional<std::filesystem::path> labels;   ///< 8-bit PNG.
-  std::optional<std::filesystem::path> objects;  ///< objects.png, 8 or 16 bit.
-  std::optional<std::filesystem::path> truth;    ///< truth.json with plane coefficients.
-  std::optional<std::filesystem::path> camera_file;
-  std::optional<Camera> camera;  ///< Known without a file (TUM).
-  std::optional<double> timestamp_s;
+  std::string name;                                  ///< Scene name: the frame folder's name, or the timestamp of a sequence.
+  std::filesystem::path depth;                       ///< 16-bit PNG.
+  std::optional<std::filesystem::path> colour;       ///< JPEG or PNG.
+  std::optional<std::filesystem::path> labels;       ///< 8-bit PNG.
+  std::optional<std::filesystem::path> objects;      ///< objects.png, 8 or 16 bit.
+  std::optional<std::filesystem::path> truth;        ///< truth.json with plane coefficients.
+  std::optional<std::filesystem::path> camera_file;  ///< camera.json.
+  std::optional<Camera> camera;                      ///< Known without a file (TUM).
+  std::optional<double> timestamp_s;                 ///< Of a sequence.
 };
 
+/// The frames of an input; nothing is loaded yet.
 struct Dataset {
-  std::string name;  ///< The folder's name.
-  InputKind kind = InputKind::dataset;
-  Truth truth = Truth::none;
-  std::string sensor;              ///< dataset.json's "sensor", or empty.
-  std::vector<FrameFiles> frames;  ///< Sorted by name; a sequence: by time.
+  std::string name;                     ///< The folder's name.
+  InputKind kind = InputKind::dataset;  ///< What the input is.
+  Truth truth = Truth::none;            ///< What its labels hold.
+  std::string sensor;                   ///< dataset.json's "sensor", or empty.
+  std::vector<FrameFiles> frames;       ///< Sorted by name; a sequence: by time.
 };
 
 /// Lists the frames of a depth PNG, a frame folder, a dataset or a TUM sequence (not of a cloud).
@@ -72,13 +74,14 @@ Result<Dataset> list_frames(const std::filesystem::path& input);
 
 /// A loaded frame.
 struct Frame {
-  std::string name;
-  Camera camera;
-  DepthImage depth;
-  std::optional<LabelImage> labels;
+  std::string name;                                ///< As FrameFiles::name.
+  Camera camera;                                   ///< Of the depth image's size.
+  DepthImage depth;                                ///< Raw units.
+  std::optional<LabelImage> labels;                ///< True labels; 0 is not judged.
   std::optional<ObjectImage> objects;              ///< Ids of free-standing objects; 0: none, or not measured.
   std::vector<std::pair<int, Plane>> true_planes;  ///< (label, plane) from truth.json, canonical sign.
 
+  /// `depth` in the camera's units; valid while this is not changed.
   [[nodiscard]] DepthView view() const { return io::view(depth, camera.depth_scale); }
 };
 
@@ -97,16 +100,17 @@ enum class LabelScope {
 /// z, w); "planes"; "objects" with their id and box: centre, size, along, up, yaw_rad, and the support plane and the height range
 /// above it (null where there is none).
 struct FrameToWrite {
-  Camera camera;
-  DepthImage depth;
-  std::optional<LabelImage> labels;
-  std::optional<ObjectImage> objects;
-  std::optional<ColourImage> colour;
-  LabelScope label_scope = LabelScope::frame;
-  std::vector<std::pair<int, Plane>> true_planes;
-  std::vector<TrueObject> true_objects;
-  std::optional<Eigen::Isometry3d> T_world_camera;
+  Camera camera;                                    ///< camera.json.
+  DepthImage depth;                                 ///< depth.png, raw units.
+  std::optional<LabelImage> labels;                 ///< labels.png.
+  std::optional<ObjectImage> objects;               ///< objects.png.
+  std::optional<ColourImage> colour;                ///< rgb.png.
+  LabelScope label_scope = LabelScope::frame;       ///< What the labels mean the same in.
+  std::vector<std::pair<int, Plane>> true_planes;   ///< (label, plane) in the camera's frame.
+  std::vector<TrueObject> true_objects;             ///< In the camera's frame.
+  std::optional<Eigen::Isometry3d> T_world_camera;  ///< p_world = T_world_camera * p_camera.
 };
+/// See FrameToWrite. Errors name the file, or the part whose size is not the depth image's.
 Status write_frame(const std::filesystem::path& folder, const FrameToWrite& frame);
 /// Writes dataset.json into a folder of frames.
 Status write_dataset_json(const std::filesystem::path& folder, Truth truth, const std::string& sensor);

@@ -19,6 +19,7 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& file, std:
 /// one, and a failure (full disk, no permission) leaves the old one and no temporary.
 /// Things that are not regular files (/dev/full, /dev/stdout, a pipe) are written in place.
 Status write_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
+/// The same of text.
 Status write_file(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace fransac::io

@@ -22,14 +22,17 @@ inline constexpr std::size_t kMaxImagePixels = std::size_t{1} << 28;
 /// Rows of `channels` interleaved values without gaps.
 template <class T>
 struct Image {
-  int width = 0;
-  int height = 0;
-  int channels = 1;
+  int width = 0;          ///< Columns, pixels.
+  int height = 0;         ///< Rows, pixels.
+  int channels = 1;       ///< Values of a pixel.
   std::vector<T> pixels;  ///< width * height * channels.
 
+  /// Pixels.
   [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
 };
+/// Raw depth, one channel.
 using DepthImage = Image<std::uint16_t>;
+/// Labels (core/labels.hpp), one channel.
 using LabelImage = Image<std::uint8_t>;
 using ObjectImage = Image<std::uint16_t>;  ///< Which object each pixel belongs to; 0: none.
 using ColourImage = Image<std::uint8_t>;   ///< Three channels: red, green, blue.
@@ -40,20 +43,26 @@ Result<DepthImage> read_depth_png(const std::filesystem::path& file);
 Result<DepthImage> decode_depth_png(std::span<const std::byte> bytes, const std::string& name);
 /// Reads an 8-bit greyscale PNG.
 Result<LabelImage> read_label_png(const std::filesystem::path& file);
+/// The same from memory.
 Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std::string& name);
 /// Reads an 8-bit or 16-bit greyscale PNG of object ids.
 Result<ObjectImage> read_object_png(const std::filesystem::path& file);
+/// The same from memory.
 Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const std::string& name);
 /// Reads an 8-bit colour picture, JPEG or PNG (found from the content), as red, green, blue.
 Result<ColourImage> read_colour_image(const std::filesystem::path& file);
+/// The same from memory.
 Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const std::string& name);
 
 /// Writes a PNG: 16-bit grey for depth, 8-bit grey for one channel, 8-bit colour for three. Temporary name, then renamed.
 Status write_png(const std::filesystem::path& file, const DepthImage& image);
+/// The same of 8-bit images.
 Status write_png(const std::filesystem::path& file, const Image<std::uint8_t>& image);
 /// Writes object ids: 8-bit grey where all fit, else 16-bit.
 Status write_object_png(const std::filesystem::path& file, const ObjectImage& image);
+/// The bytes that write_png writes.
 Result<std::vector<std::byte>> encode_png(const DepthImage& image);
+/// The same of 8-bit images.
 Result<std::vector<std::byte>> encode_png(const Image<std::uint8_t>& image);
 
 /// A view of an image with the camera's depth scale.

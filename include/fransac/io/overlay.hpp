@@ -18,9 +18,10 @@ std::array<std::uint8_t, 3> label_colour(std::uint8_t label);
 /// Distances that a picture of depth spans: all but the nearest and the farthest hundredth of the pixels. Zeros when nothing
 /// was measured.
 struct DepthRange {
-  float nearest_m = 0.0F;
-  float farthest_m = 0.0F;
+  float nearest_m = 0.0F;   ///< Metres.
+  float farthest_m = 0.0F;  ///< Metres.
 };
+/// See DepthRange.
 DepthRange depth_range(const DepthView& depth);
 
 /// Planes in colour (blended, with their borders drawn full) over the colour picture when it is given and has the same

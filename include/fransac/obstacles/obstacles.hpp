@@ -35,16 +35,17 @@ struct EnumNames<SupportKind> {
   static constexpr std::string_view values[] = {"auto", "floor", "table", "plane"};
 };
 
+/// Which plane carries, and its label where one is named.
 struct SupportChoice {
-  SupportKind kind = SupportKind::automatic;
-  int plane = 0;  ///< Its label, with `plane`.
+  SupportKind kind = SupportKind::automatic;  ///< Which one.
+  int plane = 0;                              ///< Its label, with `plane`.
 
   bool operator==(const SupportChoice&) const = default;
 };
 
 /// Lengths are about the world, not the sensor; the sensor's noise comes from the segmentation.
 struct ObstacleOptions {
-  SupportChoice support{};
+  SupportChoice support{};  ///< The plane that obstacles are above or below.
   /// Pixels above the support by more than this many sigmas of their height, and
   double height_sigmas = 4.0;
   /// by more than this are on obstacles: what floors and tables are uneven by.
@@ -89,9 +90,12 @@ struct GroundFrame {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();    ///< In the camera's frame, metres.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< Columns: x, y, z in the camera's frame.
 
+  /// A point of the camera's frame on the ground, metres.
   [[nodiscard]] Eigen::Vector3d from_camera(const Eigen::Vector3d& point) const { return axes.transpose() * (point - origin); }
+  /// A point of the ground in the camera's frame, metres.
   [[nodiscard]] Eigen::Vector3d to_camera(const Eigen::Vector3d& point) const { return axes * point + origin; }
 };
+/// The coordinates on a plane in the camera's frame.
 GroundFrame ground_frame(const Plane& support);
 
 /// A box that stands upright on the support: the one with the smallest footprint around what is seen.
@@ -101,6 +105,7 @@ struct UprightBox {
   double yaw_rad = 0.0;                              ///< Of the length against the ground's x, in (-pi/2, pi/2].
 };
 
+/// What kind of obstacle it is.
 enum class ObstacleKind {
   object,  ///< Anything with more than one side.
   plane,   ///< What is seen is one plane: a wall, a door, the front of a cabinet, a sheet of paper that hangs.
@@ -111,42 +116,44 @@ struct EnumNames<ObstacleKind> {
   static constexpr std::string_view values[] = {"object", "plane", "drop"};
 };
 
+/// One thing that stands on, hangs above or falls away from the support.
 struct Obstacle {
-  int id = 0;  ///< Its label, from 1.
-  ObstacleKind kind = ObstacleKind::object;
-  std::uint64_t pixels = 0;
+  int id = 0;                                          ///< Its label, from 1.
+  ObstacleKind kind = ObstacleKind::object;            ///< Object, plane or drop.
+  std::uint64_t pixels = 0;                            ///< Pixels or points with its label.
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< Of its pixels' points, camera frame, metres.
-  UprightBox box;
-  double min_height_m = 0.0;  ///< Above the support (negative: below) of the lowest and highest of its cells of 4 x 4 pixels.
-  double max_height_m = 0.0;
-  double nearest_m = 0.0;   ///< Distance from the camera to the nearest of these.
-  bool contact = false;     ///< Whether it is seen to come down to the support, to within noise and the least height.
-  std::vector<int> planes;  ///< Labels of the planes that a tenth or more of its pixels are on, most pixels first.
+  UprightBox box;                                      ///< Around what is seen of it.
+  double min_height_m = 0.0;  ///< Above the support (negative: below) of the lowest of its cells of 4 x 4 pixels.
+  double max_height_m = 0.0;  ///< Of the highest.
+  double nearest_m = 0.0;     ///< Distance from the camera to the nearest of its cells.
+  bool contact = false;       ///< Whether it is seen to come down to the support, to within noise and the least height.
+  std::vector<int> planes;    ///< Labels of the planes that a tenth or more of its pixels are on, most pixels first.
 };
 
+/// What find_obstacles() found.
 struct Obstacles {
   /// Labels of the planes that carry, the chosen first; with a floor, all planes of that kind that are no higher or lower than
   /// what is no obstacle and no drop. Empty: no such plane was found, and all else is empty, too.
   std::vector<int> support;
-  GroundFrame ground;
-  Plane support_plane;
-  int width = 0;
-  int height = 0;
+  GroundFrame ground;                 ///< Coordinates on the support.
+  Plane support_plane;                ///< The chosen one, in the camera's frame.
+  int width = 0;                      ///< Of the label image; unorganised clouds: the number of points.
+  int height = 0;                     ///< 1 for unorganised clouds.
   std::vector<std::uint16_t> labels;  ///< One per pixel: 0, or an obstacle's id.
   std::vector<Obstacle> obstacles;    ///< Nearest first; obstacles[i].id == i + 1.
-  double total_ms = 0.0;
+  double total_ms = 0.0;              ///< Time of the call.
 };
 
 /// Buffers kept from one call to the next. Not for concurrent use.
 class ObstacleWorkspace {
  public:
-  ObstacleWorkspace();
+  ObstacleWorkspace();  ///< Takes no memory for frames yet.
   ~ObstacleWorkspace();
   ObstacleWorkspace(ObstacleWorkspace&&) noexcept;
   ObstacleWorkspace& operator=(ObstacleWorkspace&&) noexcept;
 
-  struct Impl;
-  Impl& impl() { return *impl_; }
+  struct Impl;                     ///< The library's own.
+  Impl& impl() { return *impl_; }  ///< The library's own.
 
  private:
   std::unique_ptr<Impl> impl_;
@@ -157,6 +164,7 @@ class ObstacleWorkspace {
 /// sizes that differ). No support is no error.
 Result<Obstacles> find_obstacles(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
                                  const ObstacleOptions& options = {}, const AxisLimits* limits = nullptr);
+/// The same, reusing the memory of `workspace` and `obstacles`; after an error `obstacles` holds none.
 Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
                       const ObstacleOptions& options, const AxisLimits* limits, ObstacleWorkspace& workspace,
                       Obstacles& obstacles);

@@ -13,6 +13,7 @@
 
 namespace fransac {
 
+/// What the map covers.
 struct OccupancyOptions {
   double resolution_m = 0.05;  ///< Side of a square.
   double max_range_m = 10.0;   ///< What is farther from the camera's foot is left out.

@@ -33,26 +33,29 @@ enum class LabelsFrom {
   leaves,  ///< The paper's way: every pixel whose voxel-grid leaf is an inlier. Without a voxel grid the same as pixels.
 };
 
+/// Which points take part.
 struct PassThroughOptions {
   /// Unset: `fransac` on depth images (a cloud's axes mean nothing by themselves), and wherever limits are chosen: are not the
   /// defaults.
   std::optional<bool> use;
-  AxisLimits limits;
+  AxisLimits limits;  ///< Of the points' coordinates.
 };
 
+/// The voxel grid of `fransac` and `voxel_ransac`.
 struct VoxelGridOptions {
-  double leaf_size_m = 0.02;  ///< Zeineldin & El-Fishawy, section 4.
-  LeafPoint leaf_point = LeafPoint::centroid;
+  double leaf_size_m = 0.02;                   ///< Zeineldin & El-Fishawy, section 4.
+  LeafPoint leaf_point = LeafPoint::centroid;  ///< The point that stands for a leaf.
 };
 
+/// The search of the paper's four methods.
 struct RansacPlaneOptions {
-  double threshold_m = 0.01;          ///< t of eq. (1). Zeineldin & El-Fishawy, section 4.
-  double probability = 0.99;          ///< p of eq. (2).
-  int max_iterations = 1000;          ///< The cap I.
-  std::optional<int> pretest_points;  ///< d of T(d,d). Unset: 1 for `rransac` (Matas & Chum 2004), else 0.
-  sac::Scoring scoring = sac::Scoring::msac;
-  bool local_optimisation = true;
-  bool refine = true;  ///< Final least squares on the inliers.
+  double threshold_m = 0.01;                  ///< t of eq. (1). Zeineldin & El-Fishawy, section 4.
+  double probability = 0.99;                  ///< p of eq. (2).
+  int max_iterations = 1000;                  ///< The cap I.
+  std::optional<int> pretest_points;          ///< d of T(d,d). Unset: 1 for `rransac` (Matas & Chum 2004), else 0.
+  sac::Scoring scoring = sac::Scoring::msac;  ///< How hypotheses are compared.
+  bool local_optimisation = true;             ///< Refit promising hypotheses to their inliers.
+  bool refine = true;                         ///< Final least squares on the inliers.
 };
 
 /// Which plane is the first.
@@ -68,34 +71,35 @@ struct CellsOptions {
   std::optional<Eigen::Vector3d> parallel_to;
   /// Only planes whose normal is perpendicular to this direction, to within `prior_angle_deg`.
   std::optional<Eigen::Vector3d> perpendicular_to;
-  double prior_angle_deg = 10.0;
-  bool residuals = false;  ///< Fill Segmentation::residuals_m.
+  double prior_angle_deg = 10.0;  ///< By how much a normal may differ from these.
+  bool residuals = false;         ///< Fill Segmentation::residuals_m.
 };
 
+/// All that a user can choose; for_each_option has names, units and ranges.
 struct SegmentOptions {
-  Method method = Method::automatic;
+  Method method = Method::automatic;  ///< How planes are found.
   std::optional<int> max_planes;      ///< 0: all, up to kMaxPlanes. Unset: see defaults_of.
   std::optional<double> min_support;  ///< Smallest support of a plane, as a share of the points that are sampled. Unset: see
                                       ///< defaults_of.
   std::optional<PlaneOrder> order;    ///< Unset: see defaults_of.
-  LabelsFrom labels_from = LabelsFrom::pixels;
-  std::uint64_t seed = 0;
-  int threads = 1;  ///< 0: all cores. Never changes the answer.
+  LabelsFrom labels_from = LabelsFrom::pixels;  ///< Where full-resolution labels come from.
+  std::uint64_t seed = 0;                       ///< Of all random samples; the same seed, the same answer.
+  int threads = 1;                              ///< 0: all cores. Never changes the answer.
   /// Up in the frame of the camera or of the sensor at the cloud's origin, of any length, as an IMU tells it: tells floors from
   /// walls. Unset: `cells` estimates it from the planes of a depth image, the others tell no kinds.
   std::optional<Eigen::Vector3d> up;
-  PassThroughOptions pass_through;
-  VoxelGridOptions voxel_grid;
-  RansacPlaneOptions ransac;
-  SensorOptions sensor;
-  CellsOptions cells;
+  PassThroughOptions pass_through;  ///< Which points take part.
+  VoxelGridOptions voxel_grid;      ///< Of the methods that have one.
+  RansacPlaneOptions ransac;        ///< Of all methods but `cells`.
+  SensorOptions sensor;             ///< Of `cells`.
+  CellsOptions cells;               ///< Of `cells`.
 };
 
 /// What SegmentOptions leaves to the method; the parts that a method consists of decide the rest (planes/methods.hpp).
 struct MethodDefaults {
-  int max_planes;
-  double min_support;
-  PlaneOrder order;
+  int max_planes;      ///< 0: all.
+  double min_support;  ///< Share of the sampled points.
+  PlaneOrder order;    ///< Which plane is the first.
 };
 
 /// `automatic`: as `fransac`; ask for the method that runs (Segmentation::method).
@@ -205,6 +209,7 @@ struct EnumNames<sac::Scoring> {
   static constexpr std::string_view values[] = {"inliers", "msac"};
 };
 
+/// The name of a value, as the command line and JSON have it.
 template <class Enum>
 constexpr std::string_view enum_name(Enum value) {
   return EnumNames<Enum>::values[static_cast<int>(value)];

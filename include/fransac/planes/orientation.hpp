@@ -12,6 +12,7 @@ namespace fransac {
 
 struct PlaneSegment;
 
+/// What a plane is to somebody who stands on the ground.
 enum class PlaneKind {
   unknown,     ///< No up direction is known.
   floor,       ///< The lowest level plane below the camera, with what else is at its level, unless something is seen lower.
@@ -21,6 +22,7 @@ enum class PlaneKind {
   other,       ///< Inclined.
 };
 
+/// How it is known what is up.
 enum class UpSource {
   none,       ///< Unknown.
   given,      ///< By the user or an IMU.

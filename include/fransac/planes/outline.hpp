@@ -10,6 +10,7 @@
 
 namespace fransac {
 
+/// How much of an outline is kept.
 struct OutlineOptions {
   double tolerance_px = 1.0;  ///< Largest distance of a left-out corner to the simplified outline; 0: all corners stay.
   int min_pixels = 64;        ///< Smaller parts and smaller holes are left out.

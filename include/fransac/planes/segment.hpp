@@ -31,6 +31,7 @@ struct EnumNames<UpSource> {
   static constexpr std::string_view values[] = {"none", "given", "estimated"};
 };
 
+/// One plane of a segmentation, with its evidence.
 struct PlaneSegment {
   int id = 0;                    ///< Its label, from 1.
   Plane plane;                   ///< In the input's coordinates (depth images: the camera's optical frame), metres.
@@ -43,7 +44,7 @@ struct PlaneSegment {
   /// Of (normal, d), rank 3 (`cells`; else zero). Unaligned, so that programs built for other instruction sets agree on the
   /// layout.
   Eigen::Matrix<double, 4, 4, Eigen::DontAlign> covariance = Eigen::Matrix4d::Zero();
-  PlaneKind kind = PlaneKind::unknown;
+  PlaneKind kind = PlaneKind::unknown;  ///< Floor, wall …; `unknown` where nothing tells what is up.
   double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a
                          ///< grid on the plane.
 };
@@ -53,6 +54,7 @@ struct PlaneSegment {
 /// else RANSAC. Of a cloud, `deproject` is the removal of points that are no measurements.
 /// `cells`, `regions` and `merge` are those of the method `cells`.
 enum class Stage { deproject, pass_through, voxel_grid, ransac, cells, regions, merge, labels };
+/// How many stages there are.
 inline constexpr int kStages = 8;
 template <>
 struct EnumNames<Stage> {
@@ -60,11 +62,13 @@ struct EnumNames<Stage> {
                                                 "cells",     "regions",      "merge",      "labels"};
 };
 
+/// Where the time of a call went, milliseconds.
 struct Timing {
   std::array<double, kStages> stage_ms{};  ///< 0 where a method has no such stage.
-  double total_ms = 0.0;
+  double total_ms = 0.0;                   ///< Of the whole call.
 };
 
+/// What segment() found.
 struct Segmentation {
   Method method = Method::fransac;    ///< The method that ran; never `automatic`.
   int width = 0;                      ///< Of the label image; unorganised clouds: the number of points.
@@ -73,9 +77,9 @@ struct Segmentation {
   std::vector<float> residuals_m;     ///< On request: distance of each pixel to its label's plane, positive on the camera's side;
                                       ///< NaN where there is none. Else empty.
   std::optional<Eigen::Vector3d> up;  ///< Unit vector in the input's coordinates.
-  UpSource up_source = UpSource::none;
-  DepthNoise noise;                  ///< That `cells` worked with: the sensor's, or estimated.
-  std::vector<PlaneSegment> planes;  ///< In the order asked for; planes[i].id == i + 1.
+  UpSource up_source = UpSource::none;  ///< Who says so.
+  DepthNoise noise;                     ///< That `cells` worked with: the sensor's, or estimated.
+  std::vector<PlaneSegment> planes;     ///< In the order asked for; planes[i].id == i + 1.
 
   std::uint64_t valid_points = 0;                       ///< Measured pixels or points of the input.
   std::uint64_t sampled_points = 0;                     ///< Points that were searched: after pass-through and voxel grid.
@@ -83,13 +87,13 @@ struct Segmentation {
   std::uint64_t rejected = 0;                           ///< Of them rejected by the pre-test.
   std::uint64_t degenerate = 0;                         ///< Degenerate samples thrown away.
   StopReason stop_reason = StopReason::max_iterations;  ///< Of the first plane's search.
-  Timing timing;
+  Timing timing;                                        ///< Of this call.
 };
 
 /// Buffers kept from one call to the next, so that a stream of depth frames need not allocate them anew. Not for concurrent use.
 class Workspace {
  public:
-  Workspace();
+  Workspace();  ///< Takes no memory for frames yet.
   ~Workspace();
   Workspace(Workspace&&) noexcept;
   Workspace& operator=(Workspace&&) noexcept;
@@ -98,8 +102,8 @@ class Workspace {
   /// other. Empty, the default: none. What is found depends on them a little.
   void expect(std::span<const PlaneSegment> planes);
 
-  struct Impl;
-  Impl& impl() { return *impl_; }
+  struct Impl;                     ///< The library's own.
+  Impl& impl() { return *impl_; }  ///< The library's own.
 
  private:
   std::unique_ptr<Impl> impl_;
@@ -118,6 +122,7 @@ Status segment(const DepthView& depth, const Camera& camera, const SegmentOption
 /// PointCloud::measured) get label 0. `cells` needs an organised cloud that a pinhole camera took (filter/organised.hpp) and
 /// works on its depth image; for other clouds it is an error (unsupported), and `automatic` takes `fransac`.
 Result<Segmentation> segment(const PointCloud& cloud, const SegmentOptions& options = {});
+/// The same, reusing the memory of `workspace` and `segmentation`; after an error `segmentation` holds no planes.
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation);
 
 /// The instruction set that runs on this machine, chosen at the first call: "AVX2", "SSE4", "NEON", "SCALAR" … The environment

@@ -30,12 +30,13 @@ inline constexpr std::array<std::uint32_t, 3> kCheckpoints{256, 1024, kSampledDa
 
 /// A model's support in the sample, up to each checkpoint. Beyond one that was not reached: -1.
 struct SampleScore {
-  std::array<double, kCheckpoints.size()> value{-1.0, -1.0, -1.0};
-  std::uint64_t inliers = 0;
+  std::array<double, kCheckpoints.size()> value{-1.0, -1.0, -1.0};  ///< What is maximised.
+  std::uint64_t inliers = 0;                                        ///< Of the whole sample.
 };
 
 /// The least value at each checkpoint with which a hypothesis stays in the race.
 struct Bar {
+  /// By default every model passes that has any support.
   std::array<double, kCheckpoints.size()> least{-std::numeric_limits<double>::infinity(),
                                                 -std::numeric_limits<double>::infinity(), 0.0};
 
@@ -44,7 +45,9 @@ struct Bar {
   /// A model whose share of the data (value / number) is at least `share` passes with probability 1 - kMissProbability.
   static Bar likely(double share, std::uint64_t sampled);
 
+  /// Whether a model with this value stays at one checkpoint.
   [[nodiscard]] bool passed_at(std::size_t checkpoint, double value) const { return value > least[checkpoint]; }
+  /// Whether a model stays at all of them.
   [[nodiscard]] bool passed_by(const SampleScore& score) const {
     return passed_at(0, score.value[0]) && passed_at(1, score.value[1]) && passed_at(2, score.value[2]);
   }

@@ -25,11 +25,14 @@ namespace fransac::sac {
 
 /// How well all data support a model. `value` is what is maximised; `inliers` is what eq. (2) looks at.
 struct Score {
-  double value = 0.0;
-  std::uint64_t inliers = 0;
+  double value = 0.0;         ///< By Scoring: inliers, or their truncated squared distances.
+  std::uint64_t inliers = 0;  ///< Data within the threshold.
 };
+/// Adds the support by other data.
 Score& operator+=(Score& sum, const Score& part);
+/// What is maximised, on all data.
 inline double total(const Score& score) { return score.value; }
+/// What is maximised, on the whole sample; -1 for a hypothesis that was given up.
 inline double total(const SampleScore& score) { return score.value.back(); }
 
 /// What the loop needs to know of a problem. All members are const and may be called from several threads at once.
@@ -57,12 +60,13 @@ concept SamplingProblem = requires(const P& problem, const std::array<std::uint3
   { problem.refine_on_all(model) } -> std::same_as<std::optional<typename P::Model>>;
 };
 
+/// What a user can choose about the loop.
 struct RansacOptions {
   double probability = 0.99;            ///< p of eq. (2). Zeineldin & El-Fishawy, section 4.
   std::uint32_t max_iterations = 1000;  ///< The cap I, the paper's second stop.
   int pretest_points = 0;               ///< d of T(d,d); 0 is standard RANSAC.
   bool local_optimisation = true;       ///< Refit every promising model to its inliers while that raises its score (LO-RANSAC).
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;               ///< Of all random numbers; the same seed, the same answer.
   std::uint32_t round = 0;  ///< Tells several searches with one seed apart: hypothesis i draws from stream (round << 32) + i.
   int threads = 1;          ///< 0: all cores. Never changes the answer.
 };
@@ -76,7 +80,7 @@ struct RansacResult {
   std::uint64_t rejected = 0;    ///< Hypotheses that failed the pre-test.
   std::uint64_t degenerate = 0;  ///< Samples thrown away and drawn again.
   std::uint64_t verified = 0;    ///< Models that were scored on all data.
-  StopReason stop_reason = StopReason::max_iterations;
+  StopReason stop_reason = StopReason::max_iterations;  ///< Why it ended.
 };
 
 /// Draws a uniform sample of distinct numbers below n (n >= K).
@@ -169,9 +173,9 @@ void optimise_on_all(const Problem& problem, RansacResult<typename Problem::Mode
 /// Buffers of the loop, to be kept between calls.
 template <class Problem>
 struct RansacWorkspace {
-  std::vector<detail::Hypothesis<Problem>> hypotheses;
-  std::vector<typename Problem::Model> models;
-  std::vector<SampleScore> scores;
+  std::vector<detail::Hypothesis<Problem>> hypotheses;  ///< Of a batch.
+  std::vector<typename Problem::Model> models;          ///< Those that passed the pre-test.
+  std::vector<SampleScore> scores;                      ///< One per model.
 };
 
 /// RANSAC. Hypotheses are drawn and scored in batches, in parallel, and judged one after the other in the order of their

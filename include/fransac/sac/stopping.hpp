@@ -14,6 +14,7 @@ enum class StopReason {
   degenerate,      ///< No non-degenerate sample was found: the points are collinear or coincide.
 };
 
+/// The name of a reason as it stands in this header, for example "confidence".
 std::string_view to_string(StopReason reason);
 
 /// The number of iterations after which, with probability `probability`, at least one sample held inliers only and was

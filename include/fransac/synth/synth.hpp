@@ -33,13 +33,14 @@ enum class Motion {
          ///< same plane in all frames: 1 is the plane of which the round sees most square metres.
 };
 
+/// Which frame to render.
 struct SynthOptions {
-  std::string scene = "desk";  ///< One of scene_names().
-  Sensor sensor = Sensor::kinect1;
-  std::uint64_t seed = 0;  ///< Another seed, another room: sizes, furniture, colours, the camera's place.
-  int frame = 0;           ///< Frames of one seed show the same scene from a moving camera.
-  Motion motion = Motion::sway;
-  Camera camera{640, 480, 525.0, 525.0, 319.5, 239.5, 5000.0};
+  std::string scene = "desk";       ///< One of scene_names().
+  Sensor sensor = Sensor::kinect1;  ///< How depth is measured.
+  std::uint64_t seed = 0;           ///< Another seed, another room: sizes, furniture, colours, the camera's place.
+  int frame = 0;                    ///< Frames of one seed show the same scene from a moving camera.
+  Motion motion = Motion::sway;     ///< How the camera moves from frame to frame.
+  Camera camera{640, 480, 525.0, 525.0, 319.5, 239.5, 5000.0};  ///< A Kinect v1.
 };
 
 /// Truth is about what pixels measured. A planar face, or several coplanar ones of one thing (the floor left and right of a
@@ -47,6 +48,7 @@ struct SynthOptions {
 /// neighbourhood sees that plane alone. Smaller faces and strips too narrow for that are planes, but nobody can judge them: 0.
 /// Round things are 255. 0, too, where a time-of-flight pixel mixes surfaces by more than its noise.
 inline constexpr double kMinPlaneShare = 0.002;
+/// See kMinPlaneShare. Pixels.
 inline constexpr int kCoreWindow_px = 5;
 
 /// Largest frame that render() accepts, pixels.
@@ -58,8 +60,9 @@ inline constexpr double kFrameRate_hz = 30.0;
 /// The same field of view on another number of pixels.
 Camera resized(Camera camera, int width, int height);
 
+/// A rendered frame and its truth.
 struct SynthFrame {
-  Camera camera;
+  Camera camera;                       ///< As asked for.
   std::vector<std::uint16_t> depth;    ///< Raw units; 0 where nothing was measured or the value would not fit.
   std::vector<float> exact_depth_m;    ///< Noise-free z, metres; 0 where the ray hits nothing.
   std::vector<std::uint8_t> labels;    ///< Frames format: 0 no depth or not to be judged, 1 dominant plane (most square metres

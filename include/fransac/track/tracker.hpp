@@ -49,6 +49,7 @@ void for_each_track_option(Options& o, Visitor&& visit) {
 /// Checks every range. The message names the option.
 Status validate(const TrackOptions& options);
 
+/// A plane of a frame, under the id that it keeps.
 struct TrackedPlane {
   int id = 0;     ///< For as long as it is tracked, from 1; no two have the same.
   int label = 0;  ///< Of the frame's segmentation.
@@ -57,12 +58,14 @@ struct TrackedPlane {
   int age = 1;  ///< Frames in which it was seen, this one included.
 };
 
+/// An obstacle of a frame, under the id that it keeps.
 struct TrackedObject {
   int id = 0;        ///< As a plane's, counted by itself.
   int obstacle = 0;  ///< Its id in the frame's Obstacles.
-  int age = 1;
+  int age = 1;       ///< Frames in which it was seen, this one included.
 };
 
+/// Where a pose comes from.
 enum class PoseSource {
   given,      ///< By the caller.
   estimated,  ///< From the planes.
@@ -73,18 +76,20 @@ struct EnumNames<PoseSource> {
   static constexpr std::string_view values[] = {"given", "estimated", "guessed"};
 };
 
+/// What is known after a frame.
 struct TrackedFrame {
   /// From the camera's frame to the first frame's, or to that of the poses given. Directions that no plane fixes are guessed.
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
-  PoseSource pose_source = PoseSource::estimated;
-  std::vector<TrackedPlane> planes;    ///< In the order of the segmentation.
-  std::vector<TrackedObject> objects;  ///< In the order of the obstacles; drops are left out.
+  PoseSource pose_source = PoseSource::estimated;  ///< Where T_world_camera is from.
+  std::vector<TrackedPlane> planes;                ///< In the order of the segmentation.
+  std::vector<TrackedObject> objects;              ///< In the order of the obstacles; drops are left out.
 };
 
 /// Feed it frames in order. Planes need a covariance: the method `cells`. Not for concurrent use. docs/algorithms.md, "Tracking",
 /// derives the steps.
 class Tracker {
  public:
+  /// Knows nothing yet. Options are checked by update().
   explicit Tracker(const TrackOptions& options = {});
   ~Tracker();
   Tracker(Tracker&&) noexcept;
