@@ -48,7 +48,7 @@ FRANSAC_POINT_BENCH(msac);
 FRANSAC_POINT_BENCH(inlier_moments);
 
 void leaf_keys(benchmark::State& state) {
-  constexpr fransac::kernels::Lattice kLattice{50.0, {200.0, 200.0, 0.0}, {0, 10, 20}};
+  constexpr fransac::kernels::Lattice kLattice{{50.0, 50.0, 50.0}, {200.0, 200.0, 0.0}, {0, 10, 20}};
   fransac::AlignedVector<std::uint64_t> keys(static_cast<std::size_t>(state.range(0)) + fransac::PointCloud::kBlock);
   over_points(state, [&](auto... a) {
     fransac::kernels::leaf_keys(a..., kLattice, keys.data());
