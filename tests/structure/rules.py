@@ -207,8 +207,10 @@ def check_links(root):
     root = pathlib.Path(root)
     complaints = []
     for page in [*root.glob("*.md"), *root.glob("docs/**/*.md")]:
+        # The site has these at its root.
+        folder = root if page.parent == root / "docs/site" else page.parent
         for target, anchor in LINK.findall(CODE.sub("", page.read_text(encoding="utf-8"))):
-            file = page.parent / target if target else page
+            file = folder / target if target else page
             if not file.exists():
                 complaints.append(f"{page.relative_to(root)}: no file {target}")
             elif anchor and file.suffix == ".md" and anchor not in anchors(file.read_text(encoding="utf-8")):
