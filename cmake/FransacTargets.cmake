@@ -25,6 +25,8 @@ endif()
 if(FRANSAC_SANITIZE)
   add_compile_options(-fsanitize=${FRANSAC_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${FRANSAC_SANITIZE})
+  # Else Eigen allocates otherwise under the address sanitizer than in PCL's libraries, and one frees what the other allocated.
+  add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 
 # fransac_library(NAME COMPONENT): a library that is exported as fransac::COMPONENT, in an export set of its own.
