@@ -18,7 +18,6 @@ namespace {
 
 Result<Lattice> make_lattice(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m) {
   constexpr int kMaxBitsPerAxis = 31;
-  constexpr int kMaxBits = 63;  // every shift then stays below the width of a key
   Lattice lattice;
   lattice.leaf_size = leaf_size_m;
   const std::array<const float*, 3> coordinates{cloud.x(), cloud.y(), cloud.z()};
@@ -38,10 +37,10 @@ Result<Lattice> make_lattice(const PointCloud& cloud, const Eigen::Vector3d& lea
     // Doubles hold whole numbers exactly up to 2^53; beyond that floor() means nothing.
     const bool countable = std::abs(smallest) < 0x1p53 && largest < 0x1p31;
     // The kernel may round the other way (fused multiply-add): half a leaf of slack keeps its last index inside the bits.
-    const int axis_bits = countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest + 0.5))) : kMaxBits + 1;
+    const int axis_bits = countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest + 0.5))) : Lattice::kMostBits + 1;
     lattice.key.shift[axis] = bits;
     bits += axis_bits;
-    if (axis_bits > kMaxBitsPerAxis || bits > kMaxBits) {
+    if (axis_bits > kMaxBitsPerAxis || bits > Lattice::kMostBits) {
       return too_many_leaves(leaf_size_m[along]);
     }
     lattice.smallest[along] = static_cast<std::int64_t>(smallest);
@@ -198,7 +197,7 @@ VoxelGrid::Index VoxelGrid::index_at(const Eigen::Vector3f& local_point) const {
   return index;
 }
 
-int Lattice::bits(int axis) const { return (axis < 2 ? key.shift[axis + 1] : 64) - key.shift[axis]; }
+int Lattice::bits(int axis) const { return (axis < 2 ? key.shift[axis + 1] : kMostBits) - key.shift[axis]; }
 
 std::uint64_t Lattice::index(std::uint64_t leaf_key, int axis) const {
   return bits(axis) == 0 ? 0 : (leaf_key >> key.shift[axis]) & (~std::uint64_t{0} >> (64 - bits(axis)));

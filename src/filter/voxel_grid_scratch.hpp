@@ -58,6 +58,9 @@ struct CloudPart {
 
 /// The grid over one cloud: along each axis, index = floor(p / leaf) - (smallest index), in as many bits as it needs.
 struct Lattice {
+  /// Of a key; every shift, also by the bits of a whole axis, then stays below its width.
+  static constexpr int kMostBits = 63;
+
   kernels::Lattice key{};
   Eigen::Vector3d leaf_size = Eigen::Vector3d::Zero();
   VoxelGrid::Index smallest = VoxelGrid::Index::Zero();
