@@ -37,7 +37,8 @@ Result<Lattice> make_lattice(const PointCloud& cloud, const Eigen::Vector3d& lea
     // Doubles hold whole numbers exactly up to 2^53; beyond that floor() means nothing.
     const bool countable = std::abs(smallest) < 0x1p53 && largest < 0x1p31;
     // The kernel may round the other way (fused multiply-add): half a leaf of slack keeps its last index inside the bits.
-    const int axis_bits = countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest + 0.5))) : Lattice::kMostBits + 1;
+    const int axis_bits =
+        countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest + 0.5))) : Lattice::kMostBits + 1;
     lattice.key.shift[axis] = bits;
     bits += axis_bits;
     if (axis_bits > kMaxBitsPerAxis || bits > Lattice::kMostBits) {
