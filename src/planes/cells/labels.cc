@@ -40,20 +40,29 @@ class Tolerance {
   float floor_m_;
 };
 
-void find_uniform(const Grid& grid, const AlignedVector<std::int16_t>& owner, UniformBuffers& buffers) {
-  buffers.row.resize(grid.size());
-  buffers.uniform.resize(grid.size());
+/// Written so that compilers make vector code of it.
+void find_range(const Grid& grid, const AlignedVector<std::int16_t>& owner, OwnerRange& range) {
+  static_assert(kNobody == -1);  // and so less than any region, and more with its sign taken away
+  constexpr auto kNoSign = std::int16_t{0x7fff};
+  const auto least = [](std::int16_t a, std::int16_t b, std::int16_t c) { return std::min(std::min(a, b), c); };
+  const auto greatest = [](std::int16_t a, std::int16_t b, std::int16_t c) { return std::max(std::max(a, b), c); };
+  const auto unsign = [](std::int16_t region) { return static_cast<std::int16_t>(region & kNoSign); };
+  for (auto* const values : {&range.least_of_row, &range.greatest_of_row, &range.least, &range.greatest})
+    values->resize(grid.size());
   const auto stride = at(grid.stride);
-  const std::int16_t* const __restrict o = owner.data();
-  std::uint8_t* const __restrict row = buffers.row.data();
   const std::size_t size = grid.size();
+  const std::int16_t* const __restrict o = owner.data();
+  std::int16_t* const __restrict low = range.least_of_row.data();
+  std::int16_t* const __restrict high = range.greatest_of_row.data();
   for (std::size_t i = 1; i < size - 1; ++i) {
-    row[i] = static_cast<std::uint8_t>(static_cast<int>(o[i - 1] == o[i]) & static_cast<int>(o[i] == o[i + 1]));
+    low[i] = least(unsign(o[i - 1]), unsign(o[i]), unsign(o[i + 1]));
+    high[i] = greatest(o[i - 1], o[i], o[i + 1]);
   }
-  std::uint8_t* const __restrict uniform = buffers.uniform.data();
+  std::int16_t* const __restrict lowest = range.least.data();
+  std::int16_t* const __restrict highest = range.greatest.data();
   for (std::size_t i = stride + 1; i < size - stride - 1; ++i) {
-    uniform[i] = static_cast<std::uint8_t>(row[i - stride] & row[i] & row[i + stride] & static_cast<int>(o[i - stride] == o[i]) &
-                                           static_cast<int>(o[i] == o[i + stride]));
+    lowest[i] = least(low[i - stride], low[i], low[i + stride]);
+    highest[i] = greatest(high[i - stride], high[i], high[i + stride]);
   }
 }
 
@@ -74,10 +83,11 @@ class Flood {
     for (std::int16_t& owner : b_.spread) {
       if (!all && owner != kNobody && label_of_region[at(owner)] == 0) owner = kNobody;
     }
-    find_uniform(grid_, b_.spread, b_.uniform);
+    const std::int16_t* const o = b_.spread.data();
     for (int r = 0; r < grid_.rows; ++r) {
       for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
-        if (b_.spread[at(i)] != kNobody && b_.uniform.uniform[at(i)] == 0) b_.queue.push_back(i);
+        // Somebody's cell beside one of nobody's, whose number is the only negative one.
+        if (o[i] >= 0 && (o[i - 1] | o[i + 1] | o[i - grid_.stride] | o[i + grid_.stride]) < 0) b_.queue.push_back(i);
       }
     }
     for (std::size_t head = 0; head < b_.queue.size(); ++head) spread_from(b_.queue[head]);
@@ -119,8 +129,14 @@ struct Candidates {
   std::array<std::int16_t, kernels::kMostCandidates> regions;
   int count = 0;
 
-  void set(const AlignedVector<std::int16_t>& owner, int i, int stride) {
+  void set(const AlignedVector<std::int16_t>& owner, const OwnerRange& range, int i, int stride) {
     count = 0;
+    const std::int16_t greatest = range.greatest[at(i)];
+    if (greatest == kNobody) return;
+    if (greatest == range.least[at(i)]) {
+      regions[at(count++)] = greatest;
+      return;
+    }
     std::int16_t last = kNobody;                       // neighbours are mostly the same
     for (const int y : {i, i - stride, i + stride}) {  // the cell's own row first: of equally near planes the first wins
       for (const int x : {y, y - 1, y + 1}) {
@@ -130,9 +146,6 @@ struct Candidates {
         if (!has(region)) regions[at(count++)] = region;
       }
     }
-  }
-  [[nodiscard]] bool are_only(std::int16_t region) const {
-    return region == kNobody ? count == 0 : count == 1 && regions[0] == region;
   }
   [[nodiscard]] bool has(std::int16_t region) const {
     for (int k = 0; k < count; ++k) {
@@ -153,18 +166,17 @@ struct Candidates {
 template <class Raw>
 class RowLabeller {
  public:
-  RowLabeller(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid, const Regions& regions,
+  RowLabeller(const ImageRows<Raw>& image, const DepthView& view, const Grid& grid, const Regions& regions,
               const std::vector<std::uint8_t>& label_of_region, const Tolerance& tolerance,
-              const AlignedVector<std::int16_t>& owner, const AlignedVector<std::uint8_t>& uniform)
+              const AlignedVector<std::int16_t>& owner, const OwnerRange& range)
       : image_(image),
         view_(view),
-        camera_(camera),
         grid_(grid),
         regions_(regions),
         label_of_region_(label_of_region),
         tolerance_(tolerance),
         owner_(owner),
-        uniform_(uniform) {}
+        range_(range) {}
 
   void run(int row, LabelPixelBuffers::Task& task, std::uint8_t* labels) const {
     const auto width = at(grid_.width);
@@ -179,13 +191,11 @@ class RowLabeller {
     const kernels::CellRows<Raw> pixels = image_.cells(row);
     std::array<Candidates, 2> candidates;
     std::size_t now = 0;
-    candidates[now].set(owner_, grid_.index(row, 0), grid_.stride);
+    candidates[now].set(owner_, range_, grid_.index(row, 0), grid_.stride);
     for (int first = 0, end = 1; first < grid_.columns; first = end++) {
       Candidates& next = candidates[1 - now];
       for (; end < grid_.columns; ++end) {
-        const int i = grid_.index(row, end);
-        if (uniform_[at(i)] != 0 && candidates[now].are_only(owner_[at(i)])) continue;
-        next.set(owner_, i, grid_.stride);
+        next.set(owner_, range_, grid_.index(row, end), grid_.stride);
         if (!(next == candidates[now])) break;
       }
       label(pixels, row, first, end, candidates[now], task, out.data());
@@ -219,7 +229,8 @@ class RowLabeller {
     }
   }
 
-  /// A cell's centre stands for its pixels: it is as good as their own places for sums over many of them.
+  /// A cell's centre stands for its pixels: it is as good as their own places for sums over many of them. What depends on the
+  /// plane and the camera alone is left to in_metres().
   void add(const InversePlane& plane, int row, std::size_t first, const kernels::CellRunEvidence& evidence, std::size_t cells,
            PixelEvidence& sum) const {
     sum.squared_residual += static_cast<double>(evidence.squared_residual);
@@ -228,28 +239,32 @@ class RowLabeller {
     const auto on_plane = static_cast<float>(plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height));
     const kernels::PixelSums pixels = kernels::sum_pixels(evidence.count, &grid_.q[at(grid_.index(row, static_cast<int>(first)))],
                                                           cells, on_plane, static_cast<float>(plane.du), 1.0F / kMaxDepth_m);
-    // |n / d| of the plane n . p + d = 0, whose inverse depth is -n / d . ray
-    const double a = plane.du * camera_.fx;
-    const double b = plane.dv * camera_.fy;
-    const double c = plane.at(camera_.cx - 0.5 * grid_.width, camera_.cy - 0.5 * grid_.height);
-    const double footprint = std::sqrt(a * a + b * b + c * c) / (camera_.fx * camera_.fy);
-    const auto z = static_cast<double>(pixels.z);
     sum.count += static_cast<std::uint64_t>(pixels.n);
-    sum.area_m2 += static_cast<double>(pixels.zzz) * footprint;
-    sum.sum += Eigen::Vector3d((static_cast<double>(pixels.zu) + z * (u - camera_.cx)) / camera_.fx,
-                               z * (v - camera_.cy) / camera_.fy, z);
+    const auto z = static_cast<double>(pixels.z);
+    sum.area_m2 += static_cast<double>(pixels.zzz);
+    sum.sum += Eigen::Vector3d(static_cast<double>(pixels.zu) + z * u, z * v, z);
   }
 
   const ImageRows<Raw>& image_;
   const DepthView& view_;
-  const Camera& camera_;
   const Grid& grid_;
   const Regions& regions_;
   const std::vector<std::uint8_t>& label_of_region_;
   const Tolerance& tolerance_;
   const AlignedVector<std::int16_t>& owner_;
-  const AlignedVector<std::uint8_t>& uniform_;
+  const OwnerRange& range_;
 };
+
+/// From sums of z^3 and of (u z, v z, z) to square metres and points.
+void in_metres(const InversePlane& plane, const Grid& grid, const Camera& camera, PixelEvidence& sum) {
+  // |n / d| of the plane n . p + d = 0, whose inverse depth is -n / d . ray
+  const double a = plane.du * camera.fx;
+  const double b = plane.dv * camera.fy;
+  const double c = plane.at(camera.cx - 0.5 * grid.width, camera.cy - 0.5 * grid.height);
+  sum.area_m2 *= std::sqrt(a * a + b * b + c * c) / (camera.fx * camera.fy);
+  sum.sum[0] = (sum.sum[0] - camera.cx * sum.sum[2]) / camera.fx;
+  sum.sum[1] = (sum.sum[1] - camera.cy * sum.sum[2]) / camera.fy;
+}
 
 }  // namespace
 
@@ -267,9 +282,8 @@ void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Came
                   LabelPixelBuffers& buffers, std::uint8_t* labels) {
   const Tolerance tolerance(grid, buffers.tolerance);
   Flood<Raw>(image, view.metres_per_unit(), grid, regions, tolerance, buffers).run(label_of_region);
-  find_uniform(grid, buffers.spread, buffers.uniform);
-  const RowLabeller<Raw> labeller(image, view, camera, grid, regions, label_of_region, tolerance, buffers.spread,
-                                  buffers.uniform.uniform);
+  find_range(grid, buffers.spread, buffers.range);
+  const RowLabeller<Raw> labeller(image, view, grid, regions, label_of_region, tolerance, buffers.spread, buffers.range);
   const std::size_t tasks = cell_row_tasks(grid.rows);
   buffers.tasks.resize(std::max(buffers.tasks.size(), tasks));
   parallel_for(threads, tasks, [&](std::size_t i) {
@@ -280,6 +294,9 @@ void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Came
   buffers.evidence.assign(regions.list.size(), {});
   for (std::size_t i = 0; i < tasks; ++i) {
     for (std::size_t g = 0; g < regions.list.size(); ++g) buffers.evidence[g] += buffers.tasks[i].planes[g];
+  }
+  for (std::size_t g = 0; g < regions.list.size(); ++g) {
+    in_metres(regions.list[g].fit.plane, grid, camera, buffers.evidence[g]);
   }
 }
 

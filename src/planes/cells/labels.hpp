@@ -23,16 +23,18 @@ struct PixelEvidence {
   PixelEvidence& operator+=(const PixelEvidence& other);
 };
 
-/// Which cells have the same owner as all their eight neighbours.
-struct UniformBuffers {
-  AlignedVector<std::uint8_t> row;  ///< Left and right.
-  AlignedVector<std::uint8_t> uniform;
+/// The least and the greatest owner among a cell and its eight neighbours.
+struct OwnerRange {
+  AlignedVector<std::int16_t> least_of_row;  ///< Left and right only.
+  AlignedVector<std::int16_t> greatest_of_row;
+  AlignedVector<std::int16_t> least;     ///< Nobody does not count: as many as there are none.
+  AlignedVector<std::int16_t> greatest;  ///< kNobody where there are none.
 };
 
 /// Memory of label_pixels.
 struct LabelPixelBuffers {
   AlignedVector<std::int16_t> spread;  ///< Owners after flooding.
-  UniformBuffers uniform;
+  OwnerRange range;
   std::vector<std::int32_t> queue;
   AlignedVector<float> tolerance;
   struct Task {

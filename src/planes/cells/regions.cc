@@ -221,11 +221,13 @@ class Grower {
   [[nodiscard]] std::optional<PlaneFit> fit_block(const kernels::CellBlock& block, int row, int column) {
     const int top = row - block.up;
     const int left = column - block.left;
-    spread_.take({std::max(top, 0), std::min(top + block.rows, grid_.rows) - 1, std::max(left, 0),
-                  std::min(left + block.columns, grid_.columns) - 1});
+    const Spread::Window window{std::max(top, 0), std::min(top + block.rows, grid_.rows) - 1, std::max(left, 0),
+                                std::min(left + block.columns, grid_.columns) - 1};
+    if (spread_.free_cells(window) < block.least)
+      return std::nullopt;  // others have taken them since: the more seeds, the more so
+    spread_.take(window);
     const std::size_t i = at(grid_.index(row, column));
-    const auto plane = fit_set({grid_.u[i], grid_.v[i], grid_.q[i], grid_.du[i], grid_.dv[i]});
-    return cells_ < block.least ? std::nullopt : plane;
+    return fit_set({grid_.u[i], grid_.v[i], grid_.q[i], grid_.du[i], grid_.dv[i]});
   }
 
   void grow(const SeedBlock& seed, int row, int column) {

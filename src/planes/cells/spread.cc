@@ -11,13 +11,6 @@ constexpr std::uint64_t kOne = 1;
 
 }  // namespace
 
-std::uint64_t bits_between(int first, int last, int begin) {
-  const int from = std::max(first - begin, 0);
-  const int to = std::min(last - begin, kernels::kWordBits - 1);
-  if (from > to) return 0;
-  return (~std::uint64_t{0} >> (kernels::kWordBits - 1 - to)) & (~std::uint64_t{0} << from);
-}
-
 kernels::CellSetPlane about(const InversePlane& plane, double u, double v) {
   return {static_cast<float>(u), static_cast<float>(v), static_cast<float>(plane.at(u, v)), static_cast<float>(plane.du),
           static_cast<float>(plane.dv)};
@@ -73,11 +66,18 @@ void Spread::take(const Window& window) {
   top_ = window.top;
   bottom_ = window.bottom;
   for (int r = top_; r <= bottom_; ++r) {
-    for (std::size_t w = 0; w < words_; ++w) {
-      const int begin = static_cast<int>(w) * kernels::kWordBits;
-      b_.reached[word(r) + w] = b_.free[word(r) + w] & bits_between(window.left, window.right, begin);
+    for (std::size_t w = 0; w < words_; ++w) b_.reached[word(r) + w] = free_in(window, r, w);
+  }
+}
+
+int Spread::free_cells(const Window& window) const {
+  int count = 0;
+  for (int r = window.top; r <= window.bottom; ++r) {
+    for (std::size_t w = at(window.left / kernels::kWordBits); w <= at(window.right / kernels::kWordBits); ++w) {
+      for (std::uint64_t bits = free_in(window, r, w); bits != 0; bits &= bits - 1) ++count;
     }
   }
+  return count;
 }
 
 /// Which free cells of a row in the window are on the plane.
@@ -90,9 +90,7 @@ void Spread::make_row(int row, const kernels::CellSetPlane& plane, const Window&
   const int begin = first * kernels::kWordBits;
   const int i = grid_.index(row, begin);
   kernels::find_on_plane(grid_.arrays(i), grid_.slack.data() + i, at(window.right + 1 - begin), plane, on + first);
-  for (std::size_t w = 0; w < words_; ++w) {
-    on[w] &= b_.free[word(row) + w] & bits_between(window.left, window.right, static_cast<int>(w) * kernels::kWordBits);
-  }
+  for (std::size_t w = 0; w < words_; ++w) on[w] &= free_in(window, row, w);
 }
 
 /// Along a row, over the links, as far as the cells are on the plane. Doubling steps: after the first a bit has gone one cell,

@@ -2,6 +2,8 @@
 /// Sets of connected cells on one plane, a row of cells as a few words of bits.
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -17,7 +19,12 @@ kernels::CellSetPlane about(const InversePlane& plane, double u, double v);
 Moments moments_of(const kernels::CellSetSums& sums, const kernels::CellSetPlane& plane);
 
 /// The bits [first, last] of a word whose first bit is `begin`.
-std::uint64_t bits_between(int first, int last, int begin);
+inline std::uint64_t bits_between(int first, int last, int begin) {
+  const int from = std::max(first - begin, 0);
+  const int to = std::min(last - begin, kernels::kWordBits - 1);
+  if (from > to) return 0;
+  return (~std::uint64_t{0} >> (kernels::kWordBits - 1 - to)) & (~std::uint64_t{0} << from);
+}
 
 /// Memory of Spread.
 struct SpreadBuffers {
@@ -50,6 +57,7 @@ class Spread {
   /// Makes the set the free cells of a window, linked or not.
   void take(const Window& window);
 
+  [[nodiscard]] int free_cells(const Window& window) const;
   /// How many cells are in the set, and their moments.
   [[nodiscard]] kernels::CellSetSums sums(const kernels::CellSetPlane& about) const;
   /// Whether the set goes up to an edge of the window that is not the image's.
@@ -73,6 +81,10 @@ class Spread {
  private:
   [[nodiscard]] std::size_t word(int row) const { return at(row) * words_; }
   [[nodiscard]] int rows() const { return bottom_ - top_ + 1; }
+  /// The free cells of a row that are in the window.
+  [[nodiscard]] std::uint64_t free_in(const Window& window, int row, std::size_t w) const {
+    return b_.free[word(row) + w] & bits_between(window.left, window.right, static_cast<int>(w) * kernels::kWordBits);
+  }
   void clear();
   void make_row(int row, const kernels::CellSetPlane& plane, const Window& window);
   void fill_row(int row);
