@@ -34,6 +34,8 @@ namespace fransac::cells {
   X(least_cells, 9) X(least_cells_of_small_seed, 5)                                                                             \
   /* A region with less evidence, in nats, is chance. */                                                                        \
   X(least_evidence, 72)                                                                                                         \
+  /* With this share of it, a region may be a piece of a plane that is evident elsewhere. */                                    \
+  X(piece_share, 0.5)                                                                                                           \
   /* Curved: a radius below this, by two sigma, and a sag that is more than noise. */                                           \
   X(curved_radius_m, 0.7) X(curved_wide, 2.0) X(curved_k, 0.35) X(curved_m, 0.002) X(curved_noise, 0.6)                                             \
   /* A patch of a curved surface: so much of its border goes on smoothly, bending by less than about ten degrees. */           \

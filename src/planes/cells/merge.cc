@@ -35,6 +35,8 @@ class Merger {
     for (std::int16_t& owner : regions_.owner) {
       if (owner != kNobody) owner = b_.alive[at(root(b_.rank[at(owner)]))];
     }
+    for (Region& region : regions_.list) region.alive = region.alive && region.evidence >= kC.least_evidence;
+    release_cells(regions_);
   }
 
  private:
@@ -199,6 +201,7 @@ class Merger {
     into.moments += from.moments;
     into.fit = *fit(into.moments);  // judge() has seen that there is one
     into.cells += from.cells;
+    into.evidence = std::max(into.evidence, from.evidence);
     from.alive = false;
     b_.target[at(b)] = static_cast<std::int16_t>(a);
     b_.errors[at(a)].shape += b_.errors[at(b)].shape;

@@ -35,7 +35,8 @@ struct MergeBuffers {
   std::vector<std::int16_t> target;
 };
 
-/// Merges, the most alike first. Merged regions are no longer alive; owners and fits are those of the union.
+/// Merges, the most alike first, and drops what is not evident then. Merged and dropped regions are no longer alive; owners and
+/// fits are those of the union.
 void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions);
 
 /// Memory of reassign_borders.

@@ -50,12 +50,15 @@ class Judge {
  public:
   Judge(const Grid& grid, const Camera& camera) : grid_(grid), camera_(camera) {}
 
-  [[nodiscard]] bool is_plane(const Region& region, const Spread& spread) const {
+  /// Whether a region may be a plane, or a piece of one; how evident it is.
+  [[nodiscard]] std::optional<double> evidence_of_plane(const Region& region, const Spread& spread) const {
     const kernels::CellSetShape shape = spread.shape(about(region.fit.plane, region.fit.u, region.fit.v));
-    if (evidence(region, shape) < kC.least_evidence) return false;
+    const double found = evidence(region, shape);
+    if (found < kC.piece_share * kC.least_evidence) return std::nullopt;
     // Planes end at edges. Where the surface goes on smoothly, it is a curved one.
     const Spread::Border border = spread.border();
-    return border.smooth <= kC.smooth_share * border.length && !is_curved(region, shape);
+    if (border.smooth > kC.smooth_share * border.length || is_curved(region, shape)) return std::nullopt;
+    return found;
   }
 
  private:
@@ -266,8 +269,10 @@ class Grower {
     // Whether it is a plane or not, its cells have been looked at.
     spread_.claim();
     spread_.for_each([&](int i) { b_.weight[at(i)] = 0.0F; });
-    const Region region{.moments = moments_, .fit = plane, .cells = cells_};
-    if (!judge_.is_plane(region, spread_)) return;
+    Region region{.moments = moments_, .fit = plane, .cells = cells_};
+    const std::optional<double> evidence = judge_.evidence_of_plane(region, spread_);
+    if (!evidence) return;
+    region.evidence = *evidence;
     const auto id = static_cast<std::int16_t>(regions_.list.size());
     spread_.for_each([&](int i) { regions_.owner[at(i)] = id; });
     regions_.list.push_back(region);

@@ -20,6 +20,7 @@ struct Region {
   Moments moments;
   PlaneFit fit;
   int cells = 0;
+  double evidence = 0.0;  ///< Nats; of its most evident part.
   bool alive = true;
 };
 
@@ -48,8 +49,8 @@ struct ExpectedPlane {
   double v;
 };
 
-/// Grows regions from what is expected, then from the flattest places. Keeps those that are no chance and no pieces of curved
-/// surfaces.
+/// Grows regions from what is expected, then from the flattest places. Keeps those that are no pieces of curved surfaces and
+/// hardly chance: too little evident to be planes alone, some may be parts of one.
 void grow_regions(const Grid& grid, const Camera& camera, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
                   Regions& regions);
 
