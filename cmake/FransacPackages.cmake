@@ -57,9 +57,10 @@ endif()
 fransac_package(tool fransac science "planes and obstacles in depth frames and point clouds: command line"
                 "${about}\n\nThis package holds the command line, its manual page and completions for bash,\nzsh and fish."
                 DEPENDS lib cloud_lib)
-if(FRANSAC_BUILD_PYTHON)  # whose files must then be installed into lib/python3/dist-packages
+if(FRANSAC_BUILD_PYTHON)
   fransac_package(python python3-fransac python "planes and obstacles in depth frames and point clouds: Python"
-                  "${about}\n\nThis package holds the Python module." DEPENDS lib NEEDS python3 python3-numpy)
+                  "${about}\n\nThis package holds the Python module."
+                  DEPENDS lib NEEDS ${FRANSAC_PYTHON_NEEDS} "python3-numpy (>= 1:1.23)")
 endif()
 
 set(CPACK_GENERATOR DEB)
@@ -77,6 +78,8 @@ set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_LIB_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
 set(CPACK_DEBIAN_CLOUD_LIB_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/python/postinst
+                                              ${PROJECT_SOURCE_DIR}/cmake/debian/python/prerm)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/io ${PROJECT_BINARY_DIR}/src/cloud_io)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)

@@ -157,16 +157,12 @@ Command add_evaluate(CLI::App& parent) {
   app->footer(fmt::format(
       "precision, recall, F1: plane 1 against the truth's dominant plane; best F1: the predicted plane that overlaps it most.\n"
       "matched: F1 of plane 1 against the true plane that it fits best. A frame without a true plane has no scores.\n"
-      "F1@0.5, F1@0.75 (matches of planes by IoU) and wIoU (area-weighted IoU) need a truth of all planes and more than one "
-      "plane asked for\n"
-      "(--planes all). angle, offset: error of the plane that overlaps most, where the truth has coefficients.\n"
+      "F1@0.5, F1@0.75 (matches of planes by IoU) and wIoU (area-weighted IoU) need a truth of all planes and more than one\n"
+      "plane asked for (--planes all). angle, offset: error of the plane that overlaps most, where the truth has coefficients.\n"
       "fps: 1000 / median milliseconds from depth in memory to labels in memory; of means: frames per second over the dataset.\n"
-      "--obstacles: objects in the truth, found, false (on most of whose pixels there is no true one: walls are, too), over, "
-      "under (shares of\n"
-      "the true ones found in parts, of the found ones that are several) and F1 by IoU; object IoU: mean over the true ones of "
-      "the "
-      "best. Drops\n"
-      "are no objects. obstacles [ms]: median of what finding them adds.\n"
+      "--obstacles: objects in the truth, found, false (on most of whose pixels there is no true one: walls are, too), over,\n"
+      "under (shares of the true ones found in parts, of the found ones that are several) and F1 by IoU; object IoU: mean over\n"
+      "the true ones of the best. Drops are no objects. obstacles [ms]: median of what finding them adds.\n"
       "CSV columns (empty: does not apply; a method's mean rows come last, scene \"mean\"):\n{}",
       csv_header()));
   return {app, [command] { run_evaluate(*command); }};

@@ -150,13 +150,12 @@ Command add_report(CLI::App& parent) {
   add_track_options(*app, command->track);
   add_obstacle_options(*app, command->obstacles, "of sequences: objects over time, too");
   app->footer(fmt::format(
-      "Writes DIR/index.html: one file that opens from disk and needs no network. What the truth does not tell is left out: "
-      "frames\n"
-      "without truth have pictures and times. A folder with a depth.txt that gives its frames (two or more) their times is a\n"
-      "sequence; any other holds scenes that have nothing to do with each other. A sequence is followed by cells, as `fransac\n"
-      "track` does, and has a page of its own beside the first, DIR/sequenceN-NAME.html: pictures, planes and objects over\n"
-      "time, times and the camera's path; methods are compared on {} of its frames at most, evenly chosen. Its frames that\n"
-      "cannot be used are skipped; broken scenes are errors.",
+      "Writes DIR/index.html: one file that opens from disk and needs no network. What the truth does not tell is left out:\n"
+      "frames without truth have pictures and times. A folder with a depth.txt that gives its frames (two or more) their times\n"
+      "is a sequence; any other holds scenes that have nothing to do with each other. A sequence is followed by cells, as\n"
+      "`fransac track` does, and has a page of its own beside the first, DIR/sequenceN-NAME.html: pictures, planes and objects\n"
+      "over time, times and the camera's path; methods are compared on {} of its frames at most, evenly chosen. Its frames\n"
+      "that cannot be used are skipped; broken scenes are errors.",
       report::kMostThumbnails));
   return {app, [command] { run_report(*command); }};
 }

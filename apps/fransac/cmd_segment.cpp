@@ -324,6 +324,15 @@ CloudScale scale_of(const PointCloud& cloud) {
   return {(high - low).norm(), nearest[kProbes / 2]};
 }
 
+/// The options by which the user left planes out.
+std::string chosen_limits(const CellsOptions& cells) {
+  std::vector<std::string> names;
+  if (cells.parallel_to) names.emplace_back("--parallel-to");
+  if (cells.perpendicular_to) names.emplace_back("--perpendicular-to");
+  if (cells.min_area_m2 > 0.0) names.emplace_back("--min-area");
+  return joined(names, " and ");
+}
+
 /// Why there may be no plane and what to try.
 void explain_no_planes(const std::string& name, const Content& content, const SegmentOptions& options,
                        const Segmentation& segmentation) {
@@ -333,6 +342,8 @@ void explain_no_planes(const std::string& name, const Content& content, const Se
   log(fmt::format(
       "{}: no plane has the minimum support of {:g} % of the {} sampled points; try {}a smaller --min-support (now {:g})", name,
       100.0 * min_support, segmentation.sampled_points, threshold, min_support));
+  const std::string limits = chosen_limits(options.cells);
+  if (!limits.empty()) log(fmt::format("{}: {} may have left planes out", name, limits));
   const auto* cloud = std::get_if<PointCloud>(&content);
   if (cloud == nullptr || cells) return;
   const CloudScale scale = scale_of(*cloud);

@@ -19,19 +19,7 @@
 #include "output.hpp"
 #include "progress.hpp"
 
-namespace fransac {
-
-template <>
-struct EnumNames<synth::Sensor> {
-  static constexpr std::string_view values[] = {"none", "kinect1", "stereo", "tof"};
-};
-
-template <>
-struct EnumNames<synth::Motion> {
-  static constexpr std::string_view values[] = {"sway", "walk"};
-};
-
-namespace cli {
+namespace fransac::cli {
 namespace {
 
 namespace fs = std::filesystem;
@@ -189,5 +177,4 @@ Command add_synth(CLI::App& parent) {
   return {app, [command] { run_synth(*command); }};
 }
 
-}  // namespace cli
-}  // namespace fransac
+}  // namespace fransac::cli

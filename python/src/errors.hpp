@@ -34,4 +34,11 @@ T unwrap(Result<T> result) {
   return std::move(result).value();
 }
 
+/// What `work` makes while other threads of Python run; `work` must not touch Python.
+template <class Work>
+auto without_gil(const Work& work) {
+  const nb::gil_scoped_release release;
+  return work();
+}
+
 }  // namespace fransac::python

@@ -15,17 +15,6 @@
 #include "fransac/synth/synth.hpp"
 #include "options.hpp"
 
-namespace fransac {
-template <>
-struct EnumNames<synth::Sensor> {
-  static constexpr std::string_view values[] = {"none", "kinect1", "stereo", "tof"};
-};
-template <>
-struct EnumNames<synth::Motion> {
-  static constexpr std::string_view values[] = {"sway", "walk"};
-};
-}  // namespace fransac
-
 namespace fransac::python {
 namespace {
 
@@ -60,10 +49,7 @@ std::string path_of(const char* argument, nb::handle given) {
 
 nb::list list_frames(nb::handle given) {
   const std::string path = path_of("path", given);
-  io::Dataset dataset = unwrap([&] {
-    const nb::gil_scoped_release release;
-    return io::list_frames(path);
-  }());
+  io::Dataset dataset = unwrap(without_gil([&] { return io::list_frames(path); }));
   nb::list frames;
   for (io::FrameFiles& files : dataset.frames) frames.append(nb::cast(std::move(files)));
   return frames;
@@ -77,10 +63,7 @@ PyFrame load_frame(const io::FrameFiles& files, nb::handle given_camera) {
     const auto image = unwrap(io::read_depth_png(files.depth));
     wanted.camera = read_camera(given_camera, image.width, image.height);
   }
-  io::Frame frame = unwrap([&] {
-    const nb::gil_scoped_release release;
-    return io::load_frame(wanted);
-  }());
+  io::Frame frame = unwrap(without_gil([&] { return io::load_frame(wanted); }));
   const Shape shape = shape_of(frame.camera);
   PyFrame result;
   result.name = frame.name;
@@ -102,10 +85,7 @@ PySynthFrame synthesise(nb::handle scene, nb::handle noise, nb::handle seed, nb:
   read_value("frame", frame, options.frame);
   read_value("motion", motion, options.motion);
   if (!camera.is_none()) options.camera = read_camera(camera, options.camera.width, options.camera.height);
-  synth::SynthFrame rendered = unwrap([&] {
-    const nb::gil_scoped_release release;
-    return synth::render(options);
-  }());
+  synth::SynthFrame rendered = unwrap(without_gil([&] { return synth::render(options); }));
   const Shape shape = shape_of(rendered.camera);
   PySynthFrame result;
   result.camera = rendered.camera;

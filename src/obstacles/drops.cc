@@ -11,12 +11,9 @@ namespace {
 /// A quarter of the pixels make a cell, as for objects.
 bool is_below(const Sides& sides, int cell) { return 4 * sides.below[at(cell)] >= sides.cells.side * sides.cells.side; }
 
+/// Nothing was measured in it.
 bool is_blind(const Sides& sides, int cell) {
-  const CellImage& cells = sides.cells;
-  const int row = cells.row(cell);
-  const int column = cells.column(cell);
-  const bool inside = row >= 0 && row < cells.rows && column >= 0 && column < cells.columns;
-  return inside && sides.seen[at(cell)] == 0 && sides.above[at(cell)] == 0 && sides.below[at(cell)] == 0;
+  return sides.seen[at(cell)] == 0 && sides.above[at(cell)] == 0 && sides.below[at(cell)] == 0 && !sides.cells.in_border(cell);
 }
 
 }  // namespace

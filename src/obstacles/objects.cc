@@ -133,17 +133,13 @@ class Linker {
     return length;
   }
 
-  /// A cell in which nothing was measured: the surface may go on behind it.
-  [[nodiscard]] bool is_blind(int cell) const {
-    const int row = cells_.row(cell);
-    const int column = cells_.column(cell);
-    return row >= 0 && row < cells_.rows && column >= 0 && column < cells_.columns && s_.seen[at(cell)] == 0;
-  }
+  /// A cell that shows neither the surface nor the support: the surface may go on behind it.
+  [[nodiscard]] bool is_gap(int cell) const { return o_.on[at(cell)] == 0 && s_.seen[at(cell)] == 0 && !cells_.in_border(cell); }
 
   void link(int a, int step) {
     int b = a + step;
     int gap = 1;
-    if (o_.on[at(b)] == 0 && is_blind(b)) {
+    if (is_gap(b)) {
       b += step;
       gap = 2;
     }

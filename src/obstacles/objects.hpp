@@ -27,6 +27,11 @@ struct CellImage {
   [[nodiscard]] int index(int row, int column) const { return (row + kBorder) * stride + column + kBorder; }
   [[nodiscard]] int row(int cell) const { return cell / stride - kBorder; }
   [[nodiscard]] int column(int cell) const { return cell % stride - kBorder; }
+  [[nodiscard]] bool in_border(int cell) const {
+    const int r = row(cell);
+    const int c = column(cell);
+    return r < 0 || r >= rows || c < 0 || c >= columns;
+  }
   [[nodiscard]] std::size_t size() const {
     return static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows + 2 * kBorder);
   }

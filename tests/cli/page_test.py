@@ -36,7 +36,7 @@ def main():
             shutil.copy(frame / name, folder)
         run("segment", "depth.png", "--cloud", "scan.pcd")
         for command in found:
-            words = shlex.split(re.sub(r"--(frames|repeat) \d+", r"--\1 2", command))
+            words = shlex.split(re.sub(r"--(frames|repeat) \d+", r"--\1 2", command), comments=True)
             run(*words[1:])
             for word in words:
                 if word.endswith((".png", ".json", ".ply")):

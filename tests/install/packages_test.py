@@ -24,6 +24,7 @@ FOLDER, CONSUMER = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[3])
 COMPILER = sys.argv[2]
 CMAKE_OPTIONS = sys.argv[4:]
 del sys.argv[1:]
+PYTHON = "/usr/bin/python3"  # the one that Debian's packages are for
 PACKAGES = sorted(pathlib.Path(FOLDER).glob("*.deb"))
 
 
@@ -47,7 +48,7 @@ class Contents(unittest.TestCase):
 
     def test_there_are_these(self):
         names = [re.sub(r"[\d.]+$", "", name) for name in by_name()]
-        self.assertEqual(sorted(names), ["fransac", "libfransac", "libfransac-cloud-io", "libfransac-cloud-io-dev", "libfransac-dev", "libfransac-pcl-dev"])
+        self.assertEqual(sorted(names), ["fransac", "libfransac", "libfransac-cloud-io", "libfransac-cloud-io-dev", "libfransac-dev", "libfransac-pcl-dev", "python3-fransac"])
 
     def test_dependencies(self):
         packages = by_name()
@@ -61,6 +62,7 @@ class Contents(unittest.TestCase):
             "libfransac-cloud-io-dev": [f"{cloud} {same}", f"libfransac-dev {same}"],
             "libfransac-pcl-dev": [f"libfransac-dev {same}", "libpcl-dev"],
             "fransac": [f"{library} {same}", f"{cloud} {same}", "libfmt9 ("],
+            "python3-fransac": [f"{library} {same}", "python3 (>= 3.", "python3-numpy (>= ", "libstdc++6 ("],
         }
         for name, needs in wanted.items():
             depends = field(packages[name], "Depends")
@@ -69,6 +71,17 @@ class Contents(unittest.TestCase):
         # A robot that has its images in memory gets no PCL.
         self.assertNotIn("pcl", field(packages[library], "Depends"))
         self.assertNotIn("pcl", field(packages["libfransac-dev"], "Depends"))
+
+    def test_the_python_module_is_for_the_version_of_python_that_it_asks_for(self):
+        package = by_name()["python3-fransac"]
+        [module] = re.findall(r" \./usr/lib/python3/dist-packages/fransac/_core\.(\S+)\.so\n", run("dpkg-deb", "--contents", package))
+        minor = int(run(PYTHON, "-c", "import sys; print(sys.version_info.minor)"))
+        depends = re.findall(r"python3 \(([^)]+)\)", field(package, "Depends"))
+        if module == "abi3":
+            self.assertEqual(depends, [f">= 3.{minor}"])
+        else:
+            self.assertTrue(module.startswith(f"cpython-3{minor}-"), module)
+            self.assertEqual(depends, [f">= 3.{minor}", f"<< 3.{minor + 1}"])
 
     def test_the_tool_brings_its_manual_and_completions(self):
         listing = run("dpkg-deb", "--contents", by_name()["fransac"])
@@ -134,8 +147,25 @@ class Installation(unittest.TestCase):
             run(tool, "segment", "frames", "--cloud", "clouds", cwd=folder, env=self.environment())
             self.assertTrue(list(pathlib.Path(folder, "clouds").glob("*.ply")))
 
+    def test_the_python_package_segments(self):
+        folder = self.root / "usr/lib/python3/dist-packages"
+        program = """
+import sys
+import fransac
+assert fransac.__file__.startswith(sys.argv[1]), fransac.__file__
+frame = fransac.synth("desk")
+found = fransac.segment(frame.depth, frame.camera)
+assert found.labels.shape == frame.depth.shape and len(found.planes) >= 2, found
+"""
+        environment = {**self.environment(), "PYTHONPATH": str(folder)}
+        run(PYTHON, "-B", "-c", program, folder, env=environment)
+        for line in run("ldd", *folder.glob("fransac/_core*.so"), env=environment).splitlines():
+            if "libfransac" in line:
+                self.assertIn(f"=> {self.libraries}/", line)
+
     def test_nothing_tells_where_it_was_built(self):
-        dynamic = run("readelf", "--dynamic", self.root / "usr/bin/fransac", *self.libraries.glob("libfransac*.so.*.*.*"))
+        dynamic = run("readelf", "--dynamic", self.root / "usr/bin/fransac", *self.libraries.glob("libfransac*.so.*.*.*"),
+                      *self.root.glob("usr/lib/python3/dist-packages/fransac/*.so"))
         self.assertNotIn("RUNPATH", dynamic)
 
     def test_a_program_is_built_against_them(self):

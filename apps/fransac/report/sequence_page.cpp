@@ -79,11 +79,10 @@ std::string timeline(const SequenceReport& sequence, const std::map<int, Seen>& 
                      const std::string& size_heading, std::string (*size_text)(const Seen&)) {
   if (things.empty()) return "<p>None was seen.</p>\n";
   std::string html = fmt::format(
-      "<div class=\"scroll\"><table class=\"timeline\" id=\"{0}s\">\n<caption>When each {0} was seen, by "
-      "frame</caption>\n<thead><tr>"
-      "<th scope=\"col\">{0}</th><th scope=\"col\" class=\"time\">{1}</th><th scope=\"col\">frames</th><th "
-      "scope=\"col\">kind</th>"
-      "<th scope=\"col\">{2}</th></tr></thead>\n<tbody>\n",
+      "<div class=\"scroll\"><table class=\"timeline\" id=\"{0}s\">\n"
+      "<caption>When each {0} was seen, by frame</caption>\n"
+      "<thead><tr><th scope=\"col\">{0}</th><th scope=\"col\" class=\"time\">{1}</th><th scope=\"col\">frames</th>"
+      "<th scope=\"col\">kind</th><th scope=\"col\">{2}</th></tr></thead>\n<tbody>\n",
       what, frame_ticks(sequence.frames), size_heading);
   const std::vector<int> ids = shown_ids(things);
   for (const int id : ids) {
@@ -102,29 +101,27 @@ std::string timeline(const SequenceReport& sequence, const std::map<int, Seen>& 
   return html;
 }
 
-std::string gallery(const std::vector<Picture>& pictures) {
-  std::string html = "<div class=\"pictures thumbnails\">\n";
+/// What was followed: pictures of it, then when each was seen. `what` is one of it, as in "plane".
+std::string things_section(const std::string& what, const std::string& heading, const std::string& note,
+                           const std::vector<Picture>& pictures, const std::string& when) {
+  std::string html = fmt::format("<section id=\"{}s-section\">\n<h2>{}</h2>\n<p class=\"note\">{}</p>\n", what, heading, note);
+  html += "<div class=\"pictures thumbnails\">\n";
   for (const Picture& one : pictures) html += figure(one);
-  return html + "</div>\n";
+  return html + fmt::format("</div>\n<h3>{} over time</h3>\n{}</section>\n", heading, when);
 }
 
 std::string planes_section(const SequenceReport& sequence) {
-  std::string html =
-      "<section id=\"planes-section\">\n<h2>Planes</h2>\n<p class=\"note\">A plane has one colour for as long as it keeps its "
-      "id. Grey is "
-      "on no plane, black without depth.</p>\n";
-  html += gallery(sequence.plane_pictures) + "<h3>Planes over time</h3>\n";
-  return html + timeline(sequence, sequence.planes, "plane", "mean area [m²]", area_text) + "</section>\n";
+  return things_section("plane", "Planes",
+                        "A plane has one colour for as long as it keeps its id. Grey is on no plane, black without depth.",
+                        sequence.plane_pictures, timeline(sequence, sequence.planes, "plane", "mean area [m²]", area_text));
 }
 
 std::string objects_section(const SequenceReport& sequence) {
   if (!sequence.with_objects) return "";
-  std::string html =
-      "<section id=\"objects-section\">\n<h2>Objects</h2>\n<p class=\"note\">What stands on the support or hangs above it, each "
-      "in one colour for as long as it keeps its id; planes are pale. Drops are not "
-      "followed. A size is length × width × height of the upright box.</p>\n";
-  html += gallery(sequence.object_pictures) + "<h3>Objects over time</h3>\n";
-  return html + timeline(sequence, sequence.objects, "object", "mean size [m]", box_text) + "</section>\n";
+  return things_section("object", "Objects",
+                        "What stands on the support or hangs above it, each in one colour for as long as it keeps its id; "
+                        "planes are pale. Drops are not followed. A size is length × width × height of the upright box.",
+                        sequence.object_pictures, timeline(sequence, sequence.objects, "object", "mean size [m]", box_text));
 }
 
 std::string latency_plot(const SequenceReport& sequence) {
@@ -133,9 +130,8 @@ std::string latency_plot(const SequenceReport& sequence) {
   const double high = quantile(times, 0.99);
   const std::string title = "Time per frame";
   const std::string note = fmt::format(
-      "From the depth frame in memory to ids, each frame from cold: median {:.2f} ms, p99 {:.2f} ms, longest {:.2f} ms. Decoding "
-      "a "
-      "frame takes {:.2f} ms besides (median).",
+      "From the depth frame in memory to ids, each frame from cold: median {:.2f} ms, p99 {:.2f} ms, longest {:.2f} ms. "
+      "Decoding a frame takes {:.2f} ms besides (median).",
       middle, high, quantile(times, 1.0), median(sequence.totals.decode_ms));
   return plot_figure(title, note, histogram(title, "milliseconds", "frames", times, {{"median", middle}, {"p99", high}}));
 }

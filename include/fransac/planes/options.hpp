@@ -9,6 +9,7 @@
 #include <optional>
 #include <string_view>
 
+#include "fransac/core/enum_names.hpp"
 #include "fransac/core/labels.hpp"
 #include "fransac/core/sensor.hpp"
 #include "fransac/filter/pass_through.hpp"
@@ -177,9 +178,6 @@ void for_each_option(Options& o, Visitor&& visit) {
   visit(OptionInfo{"up", "", "up in the frame of the camera or cloud, which tells floors from walls; cells estimates it"}, o.up);
 }
 
-/// The names of an enum's values, in order of the values: {"auto", "fransac", …}. Specialised for every enum above.
-template <class Enum>
-struct EnumNames;
 template <>
 struct EnumNames<Method> {
   static constexpr std::string_view values[] = {"auto", "cells", "fransac", "voxel-ransac", "rransac", "ransac"};
@@ -208,12 +206,6 @@ template <>
 struct EnumNames<sac::Scoring> {
   static constexpr std::string_view values[] = {"inliers", "msac"};
 };
-
-/// The name of a value, as the command line and JSON have it.
-template <class Enum>
-constexpr std::string_view enum_name(Enum value) {
-  return EnumNames<Enum>::values[static_cast<int>(value)];
-}
 
 /// The limits of the pass-through that `method` (not `automatic`) runs behind with these options; null: none.
 const AxisLimits* limits_of(const SegmentOptions& options, Method method, bool depth_image);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "fransac/core/camera.hpp"
+#include "fransac/core/enum_names.hpp"
 #include "fransac/core/plane.hpp"
 #include "fransac/core/result.hpp"
 #include "fransac/core/true_object.hpp"
@@ -84,3 +85,16 @@ std::span<const std::string_view> scene_names();
 Result<SynthFrame> render(const SynthOptions& options);
 
 }  // namespace fransac::synth
+
+namespace fransac {
+
+template <>
+struct EnumNames<synth::Sensor> {
+  static constexpr std::string_view values[] = {"none", "kinect1", "stereo", "tof"};
+};
+template <>
+struct EnumNames<synth::Motion> {
+  static constexpr std::string_view values[] = {"sway", "walk"};
+};
+
+}  // namespace fransac
