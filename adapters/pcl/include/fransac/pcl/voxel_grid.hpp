@@ -87,13 +87,14 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
 
  protected:
   void applyFilter(PointCloud& output) override {
-    output.clear();
     output.is_dense = true;
     output_of_.clear();
-    if (!((leaf_size_.array() > 0.0F).all() && leaf_size_.allFinite())) return complain("the leaf size must be positive");
-    if (!read_points()) return;
-    const int threads = threads_ < 0 ? 1 : threads_;
-    const Status status = voxel_grid(points_, leaf_size_.cast<double>(), LeafPoint::centroid, grid_, threads);
+    outputs_ = 0;
+    if (!((leaf_size_.array() > 0.0F).all() && leaf_size_.allFinite())) return fail(output, "the leaf size must be positive");
+    if (!field_.empty() && !detail::field_named<PointT>(field_)) {
+      return fail(output, "the points have no field '" + field_ + "'");
+    }
+    const Status status = make_grid();
     if (!status) {  // too many leaves for 63 bits: like PCL with too many for 31
       complain(status.error().message);
       output = *this->input_;
@@ -108,20 +109,30 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
 
   void complain(const std::string& what) const { detail::complain(this->getClassName() + "::applyFilter", what); }
 
-  bool read_points() {
+  void fail(PointCloud& output, const std::string& what) const {
+    complain(what);
+    output.clear();
+  }
+
+  [[nodiscard]] bool averages_all_fields() const { return all_data_ && detail::has_more_than_xyz<PointT>(); }
+
+  Status make_grid() {
     const ::pcl::PointCloud<PointT>& input = *this->input_;
     const ::pcl::Indices* const indices = this->fake_indices_ ? nullptr : this->indices_.get();
+    const int threads = threads_ < 0 ? 1 : threads_;
+    const Eigen::Vector3d leaf_size_m = leaf_size_.cast<double>();
+    const std::optional<PointsView> in_place = detail::view_of(input);
+    gathered_ = indices != nullptr || !field_.empty() || !in_place;
+    if (!gathered_) {
+      return voxel_grid(*in_place, {.leaf_size_m = leaf_size_m, .leaf_of = averages_all_fields(), .threads = threads}, grid_);
+    }
     if (field_.empty()) {
       detail::read(input, indices, points_);
-      return true;
+    } else {
+      const detail::Component field = *detail::field_named<PointT>(field_);
+      detail::read(input, indices, [&](std::size_t i) { return keeps(field.read(input[i])); }, points_);
     }
-    const std::optional<detail::Component> field = detail::field_named<PointT>(field_);
-    if (!field) {
-      complain("the points have no field '" + field_ + "'");
-      return false;
-    }
-    detail::read(input, indices, [&](std::size_t i) { return keeps(field->read(input[i])); }, points_);
-    return true;
+    return voxel_grid(points_, leaf_size_m, LeafPoint::centroid, grid_, threads);
   }
 
   /// Limits themselves are kept either way, and so is NaN, as in PCL.
@@ -139,32 +150,36 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
   }
 
   void write(PointCloud& output) {
+    const bool means = averages_all_fields();
+    if (means) output.clear();  // what is not registered is then as in a new point
     output.resize(outputs_);
     output.width = static_cast<std::uint32_t>(outputs_);
     output.height = 1;
-    if (all_data_ && detail::has_more_than_xyz<PointT>()) write_means(output);
+    if (means) write_means(output);
+    const float* const x = grid_.leaves.x();
+    const float* const y = grid_.leaves.y();
+    const float* const z = grid_.leaves.z();
     for (std::size_t leaf = 0; leaf < output_of_.size(); ++leaf) {
       if (output_of_[leaf] < 0) continue;
-      PointT& p = output[static_cast<std::size_t>(output_of_[leaf])];
-      p.x = grid_.leaves.x()[leaf];
-      p.y = grid_.leaves.y()[leaf];
-      p.z = grid_.leaves.z()[leaf];
+      PointT& point = output[static_cast<std::size_t>(output_of_[leaf])];
+      if (!means) point = PointT();
+      point.x = x[leaf];
+      point.y = y[leaf];
+      point.z = z[leaf];
     }
   }
 
   void write_means(PointCloud& output) const {
     detail::FieldMeans<PointT> means(outputs_);
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      const int place = output_of_[grid_.leaf_of[i]];
-      if (place >= 0) means.add(static_cast<std::size_t>(place), (*this->input_)[points_.source_of(i)]);
+    for (std::size_t i = 0; i < grid_.leaf_of.size(); ++i) {
+      const int place = output_at(grid_.leaf_of[i]);
+      if (place >= 0) means.add(static_cast<std::size_t>(place), (*this->input_)[gathered_ ? points_.source_of(i) : i]);
     }
     for (std::size_t place = 0; place < outputs_; ++place) means.get(place, output[place]);
   }
 
-  [[nodiscard]] int output_at(const Grid::Index& place) const {
-    const std::uint32_t leaf = grid_.leaf_at(place);
-    return leaf < output_of_.size() ? output_of_[leaf] : -1;
-  }
+  [[nodiscard]] int output_at(std::uint32_t leaf) const { return leaf < output_of_.size() ? output_of_[leaf] : -1; }
+  [[nodiscard]] int output_at(const Grid::Index& place) const { return output_at(grid_.leaf_at(place)); }
 
   static Eigen::Vector3i to_int(const Grid::Index& place) {
     constexpr std::int64_t kMin = std::numeric_limits<int>::min();
@@ -182,6 +197,7 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
   bool negative_ = false;
   int threads_ = -1;
 
+  bool gathered_ = false;          ///< Whether points_ are what the grid was made of; else the input as it lies in memory.
   ::fransac::PointCloud points_;
   Grid grid_;
   std::vector<int> output_of_;  ///< Of each leaf; -1: it has too few points.
