@@ -67,6 +67,11 @@ class OrganizedMultiPlaneSegmentation : public ::pcl::PCLBase<PointT> {
   [[nodiscard]] double getMaximumCurvature() const { return maximum_curvature_; }
   /// Whether contours are moved onto the plane along their rays.
   void setProjectPoints(bool project) { project_points_ = project; }
+  /// PCL's comparators say which neighbours belong together by normals, which nothing here looks at: taken and left alone.
+  template <class ComparatorPtr>
+  void setComparator(const ComparatorPtr& /*comparator*/) {}
+  template <class ComparatorPtr>
+  void setRefinementComparator(const ComparatorPtr& /*comparator*/) {}
   /// Not in PCL: sensor, seed, threads, directions of planes and what else segment() of the library takes.
   [[nodiscard]] SegmentOptions& options() { return options_; }
 
@@ -103,6 +108,9 @@ class OrganizedMultiPlaneSegmentation : public ::pcl::PCLBase<PointT> {
     label_indices = inliers;
     write(models, inliers, regions, boundaries);
   }
+
+  /// Nothing is left to refine: segment() gives exact borders.
+  void refine(Models& /*models*/, IndexLists& /*inliers*/, LabelsPtr& /*labels*/, IndexLists& /*label_indices*/) {}
 
  private:
   /// Leaves found_ without planes where there are none.

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -60,6 +61,22 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
   /// Radians.
   void setEpsAngle(double angle) { eps_angle_ = angle; }
   [[nodiscard]] double getEpsAngle() const { return eps_angle_; }
+  /// Kept for its getter: a plane has no radius, and PCL looks at these limits for circles, spheres, cylinders and cones only.
+  void setRadiusLimits(const double& min_radius, const double& max_radius) {
+    radius_min_ = min_radius;
+    radius_max_ = max_radius;
+  }
+  void getRadiusLimits(double& min_radius, double& max_radius) const {
+    min_radius = radius_min_;
+    max_radius = radius_max_;
+  }
+  /// Kept for its getter: samples are drawn from the whole cloud. In PCL the second and third point of a sample come from this
+  /// distance around the first, found by a search object.
+  template <class SearchPtr>
+  void setSamplesMaxDist(const double& radius, const SearchPtr& /*search*/) {
+    samples_radius_ = radius;
+  }
+  void getSamplesMaxDist(double& radius) const { radius = samples_radius_; }
 
   /// Not in PCL: the seed of the next search.
   void setRandomSeed(std::uint64_t seed) { seed_ = seed; }
@@ -133,6 +150,7 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
                           .max_iterations = static_cast<std::uint32_t>(max_iterations_),
                           .pretest_points = pretest ? 1 : 0,
                           .local_optimisation = optimise_,
+                          .promising = kPromising,
                           .seed = seed,
                           .threads = threads},
                          work_);
@@ -167,6 +185,10 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
     }
   }
 
+  /// The search goes on for a larger plane from half of the best one's support. Of 100 seeds on a desk with planes of 71,000 and
+  /// 66,000 inliers 8 end on the smaller one at 1, one at 0.7, none at 0.5, which takes a tenth more time.
+  static constexpr double kPromising = 0.5;
+
   int model_type_ = -1;
   int method_type_ = ::pcl::SAC_RANSAC;
   double threshold_ = 0.0;
@@ -176,6 +198,9 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
   bool optimise_ = true;
   Eigen::Vector3f axis_ = Eigen::Vector3f::Zero();
   double eps_angle_ = 0.0;
+  double radius_min_ = std::numeric_limits<double>::lowest();
+  double radius_max_ = std::numeric_limits<double>::max();
+  double samples_radius_ = 0.0;
   bool random_;
   std::uint64_t seed_ = 0;
 

@@ -41,7 +41,7 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
   [[nodiscard]] bool getDownsampleAllData() const { return all_data_; }
   void setMinimumPointsNumberPerVoxel(unsigned int fewest) { fewest_ = fewest; }
   [[nodiscard]] unsigned int getMinimumPointsNumberPerVoxel() const { return fewest_; }
-  /// Leaves can be looked up either way.
+  /// Whether getLeafLayout() has one. Leaves can be looked up either way.
   void setSaveLeafLayout(bool save) { save_leaf_layout_ = save; }
   [[nodiscard]] bool getSaveLeafLayout() const { return save_leaf_layout_; }
   /// Points whose value of this field is outside the limits are left out; empty: none are.
@@ -58,6 +58,7 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
   /// Points strictly between the limits are left out instead.
   void setFilterLimitsNegative(bool negative) { negative_ = negative; }
   [[nodiscard]] bool getFilterLimitsNegative() const { return negative_; }
+  void getFilterLimitsNegative(bool& negative) const { negative = negative_; }
   /// Not in PCL. 0: all cores; negative, the default: one. Never changes the answer.
   void setNumberOfThreads(int threads = -1) { threads_ = threads; }
 
@@ -66,6 +67,25 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
   [[nodiscard]] Eigen::Vector3i getMaxBoxCoordinates() const { return to_int(grid_.largest); }
   [[nodiscard]] Eigen::Vector3i getNrDivisions() const {
     return to_int(grid_.largest - grid_.smallest + Grid::Index::Ones());
+  }
+  /// What coordinates less the smallest are multiplied with, for the place in getLeafLayout().
+  [[nodiscard]] Eigen::Vector3i getDivisionMultiplier() const { return to_int(multiplier()); }
+  /// For every place of the grid, x fastest, where in the output its leaf is, -1 where there is none: made at every call, a look-up
+  /// for each place. Empty unless it was asked for before, and where there are more places than an int counts.
+  [[nodiscard]] std::vector<int> getLeafLayout() const {
+    std::vector<int> layout;
+    const Grid::Index divisions = grid_.largest - grid_.smallest + Grid::Index::Ones();
+    constexpr std::int64_t kMost = std::numeric_limits<int>::max();
+    if (!save_leaf_layout_ || output_of_.empty() || divisions.z() > kMost / multiplier().z()) {
+      return layout;
+    }
+    layout.reserve(static_cast<std::size_t>(divisions.prod()));
+    for (std::int64_t z = 0; z < divisions.z(); ++z) {
+      for (std::int64_t y = 0; y < divisions.y(); ++y) {
+        for (std::int64_t x = 0; x < divisions.x(); ++x) layout.push_back(output_at(Grid::Index(grid_.smallest + Grid::Index(x, y, z))));
+      }
+    }
+    return layout;
   }
   [[nodiscard]] Eigen::Vector3i getGridCoordinates(float x, float y, float z) const { return to_int(grid_.index_at({x, y, z})); }
   /// Where in the output the leaf with these coordinates is, -1 where there is none.
@@ -180,6 +200,12 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
 
   [[nodiscard]] int output_at(std::uint32_t leaf) const { return leaf < output_of_.size() ? output_of_[leaf] : -1; }
   [[nodiscard]] int output_at(const Grid::Index& place) const { return output_at(grid_.leaf_at(place)); }
+
+  /// At most 2^62: indices have at most 31 bits along an axis.
+  [[nodiscard]] Grid::Index multiplier() const {
+    const Grid::Index divisions = grid_.largest - grid_.smallest + Grid::Index::Ones();
+    return {1, divisions.x(), divisions.x() * divisions.y()};
+  }
 
   static Eigen::Vector3i to_int(const Grid::Index& place) {
     constexpr std::int64_t kMin = std::numeric_limits<int>::min();
