@@ -61,7 +61,8 @@ void leaf_runs(benchmark::State& state) {
   fransac::AlignedVector<fransac::kernels::LeafRun> runs(kStretch);
   for (auto _ : state) {
     for (std::size_t i = 0; i < n; i += kStretch) {
-      benchmark::DoNotOptimize(fransac::kernels::leaf_runs(points.data() + 4 * i, 4, std::min(kStretch, n - i), kLattice, runs.data()));
+      benchmark::DoNotOptimize(
+          fransac::kernels::leaf_runs(points.data() + 4 * i, 4, std::min(kStretch, n - i), kLattice, runs.data()));
     }
   }
   state.SetItemsProcessed(state.iterations() * state.range(0));

@@ -178,8 +178,8 @@ void grow(std::size_t leaves, CloudPart& part) {
     part.leaves.resize(2 * leaves);
     part.keys.resize(2 * leaves);
   }
-  std::fill(part.leaves.begin() + static_cast<std::ptrdiff_t>(part.count), part.leaves.begin() + static_cast<std::ptrdiff_t>(leaves),
-            CloudLeaf{});
+  std::fill(part.leaves.begin() + static_cast<std::ptrdiff_t>(part.count),
+            part.leaves.begin() + static_cast<std::ptrdiff_t>(leaves), CloudLeaf{});
   part.count = leaves;
 }
 
@@ -233,7 +233,8 @@ void merge(CloudPart& part, CloudPart& into) {
 
 /// Numbers the leaves and adds up their points: a part of them for each thread, merged in order.
 template <class Numbers, class Stretches>
-void add_points(const Stretches& stretches, std::size_t size, const Lattice& lattice, bool leaf_of, int threads, VoxelGrid& grid) {
+void add_points(const Stretches& stretches, std::size_t size, const Lattice& lattice, bool leaf_of, int threads,
+                VoxelGrid& grid) {
   std::vector<CloudPart>& parts = grid.scratch->parts;
   grid.leaf_of.resize(leaf_of ? size : 0);
   std::uint32_t* const leaves = leaf_of ? grid.leaf_of.data() : nullptr;

@@ -42,7 +42,8 @@ struct RowBand {
   AlignedVector<std::uint64_t> running;
 };
 
-/// The points of one leaf of a cloud: sums of x, y and z in whole numbers (kernels::Lattice), modulo 2^64, and how many there are.
+/// The points of one leaf of a cloud: sums of x, y and z in whole numbers (kernels::Lattice), modulo 2^64, and how many there
+/// are.
 struct alignas(32) CloudLeaf {
   std::array<std::uint64_t, 4> sum{};
 
@@ -53,8 +54,8 @@ struct alignas(32) CloudLeaf {
 struct CloudPart {
   LeafBars bars;
   LeafTable<std::uint64_t> table;
-  AlignedVector<CloudLeaf> leaves;      ///< `count` of them, then others.
-  AlignedVector<std::uint64_t> keys;    ///< Their places in the grid, packed.
+  AlignedVector<CloudLeaf> leaves;    ///< `count` of them, then others.
+  AlignedVector<std::uint64_t> keys;  ///< Their places in the grid, packed.
   std::size_t count = 0;
   AlignedVector<std::uint32_t> number;  ///< What they are called in the whole.
 };
@@ -64,8 +65,8 @@ struct Lattice {
   /// Of a key; every shift, also by the bits of a whole axis, then stays below its width.
   static constexpr int kMostBits = 63;
 
-  /// Its rounder makes coordinates multiples of 2^-30 of the largest along their axis. Sums of such numbers are whole, so that they
-  /// do not depend on their order and with it on the number of threads.
+  /// Its rounder makes coordinates multiples of 2^-30 of the largest along their axis. Sums of such numbers are whole, so that
+  /// they do not depend on their order and with it on the number of threads.
   kernels::Lattice to_index{};
   std::array<int, 3> shift{};    ///< Of each axis' index in a key.
   std::array<double, 3> unit{};  ///< Metres, of sums.

@@ -209,9 +209,7 @@ Box BoxOf(const float* HWY_RESTRICT points, std::size_t stride, std::size_t n) {
   alignas(16) float ends[2][4];
   hn::Store(min, df, ends[0]);
   hn::Store(max, df, ends[1]);
-  return {{ends[0][0], ends[0][1], ends[0][2]},
-          {ends[1][0], ends[1][1], ends[1][2]},
-          finite};
+  return {{ends[0][0], ends[0][1], ends[0][2]}, {ends[1][0], ends[1][1], ends[1][2]}, finite};
 #else
   return ref::box(points, stride, n);
 #endif

@@ -67,8 +67,8 @@ std::size_t leaf_runs(const float* points, std::size_t stride, std::size_t n, co
       const double coordinate = static_cast<double>(point[axis]);
       const double place = coordinate * lattice.per_leaf[axis] + lattice.offset[axis];
       index[axis] = place > 0.0 && place < 0x1p31 ? static_cast<std::uint32_t>(place) : 0;
-      sum[axis] += std::bit_cast<std::uint64_t>(coordinate + lattice.rounder[axis]) -
-                   std::bit_cast<std::uint64_t>(lattice.rounder[axis]);
+      sum[axis] +=
+          std::bit_cast<std::uint64_t>(coordinate + lattice.rounder[axis]) - std::bit_cast<std::uint64_t>(lattice.rounder[axis]);
     }
     if (i == 0 || !std::equal(index, index + 3, runs[count - 1].index)) {
       runs[count++] = {{}, {index[0], index[1], index[2], 0}};

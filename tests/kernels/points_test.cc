@@ -208,9 +208,8 @@ std::vector<float> side_by_side(RandomStream& random, std::size_t n, std::size_t
 
 TEST_P(Kernels, LeafRuns) {
   RandomStream random = testing::test_random();
-  const Lattice lattice{.per_leaf = {50.0, 25.0, 4.0, 0.0},
-                        .offset = {100.25, 200.5, 8.0, 0.0},
-                        .rounder = {0x1.8p24, 0x1.8p25, 0x1.8p23, 0.0}};
+  const Lattice lattice{
+      .per_leaf = {50.0, 25.0, 4.0, 0.0}, .offset = {100.25, 200.5, 8.0, 0.0}, .rounder = {0x1.8p24, 0x1.8p25, 0x1.8p23, 0.0}};
   for (const std::size_t stride : std::initializer_list<std::size_t>{3, 4, 8, 9}) {
     for (const std::size_t n : std::initializer_list<std::size_t>{0, 1, 2, 3, 17, 256}) {
       const std::vector<float> points = side_by_side(random, n, stride);
@@ -229,9 +228,8 @@ TEST_P(Kernels, LeafRuns) {
 
 TEST_P(Kernels, LeafRunsByHand) {
   // Units of 2^-28 m; the largest index is 2^31 - 128, of the largest float below 2^31.
-  const Lattice lattice{.per_leaf = {1.0, 1.0, 0x1p30, 0.0},
-                        .offset = {0.0, 10.0, 0.0, 0.0},
-                        .rounder = {0x1.8p24, 0x1.8p24, 0x1.8p24, 0.0}};
+  const Lattice lattice{
+      .per_leaf = {1.0, 1.0, 0x1p30, 0.0}, .offset = {0.0, 10.0, 0.0, 0.0}, .rounder = {0x1.8p24, 0x1.8p24, 0x1.8p24, 0.0}};
   const std::vector<float> points{0.5F, -0.25F, 0.0F, 0.75F, -0.5F, 0.0F, 1.0F, -0.5F, 0x1p1F - 0x1p-23F};
   AlignedVector<LeafRun> runs(3);
   ASSERT_EQ(leaf_runs(points.data(), 3, 3, lattice, runs.data()), 2U);

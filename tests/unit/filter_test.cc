@@ -409,7 +409,8 @@ void expect_grid_of_cloud(const std::vector<float>& data, std::size_t stride, do
     if (p.allFinite()) finite.push_back(i);
   }
   cloud.resize(finite.size());
-  for (std::size_t i = 0; i < finite.size(); ++i) cloud.set(i, Eigen::Map<const Eigen::Vector3f>(data.data() + finite[i] * stride));
+  for (std::size_t i = 0; i < finite.size(); ++i)
+    cloud.set(i, Eigen::Map<const Eigen::Vector3f>(data.data() + finite[i] * stride));
   const VoxelGrid wanted = grid_of(cloud, leaf_size_m);
   VoxelGrid found;
   const PointsView view{.data = data.data(), .size = size, .stride = stride};
@@ -427,7 +428,8 @@ void expect_grid_of_cloud(const std::vector<float>& data, std::size_t stride, do
   for (std::size_t i = 0; i < finite.size(); ++i) leaf_of[finite[i]] = wanted.leaf_of[i];
   EXPECT_TRUE(std::equal(leaf_of.begin(), leaf_of.end(), found.leaf_of.begin(), found.leaf_of.end()));
   for (std::size_t i = 0; i < finite.size(); i += 97) {
-    EXPECT_EQ(found.leaf_at(found.index_at(Eigen::Map<const Eigen::Vector3f>(data.data() + finite[i] * stride))), wanted.leaf_of[i]);
+    EXPECT_EQ(found.leaf_at(found.index_at(Eigen::Map<const Eigen::Vector3f>(data.data() + finite[i] * stride))),
+              wanted.leaf_of[i]);
   }
 }
 
@@ -443,7 +445,7 @@ TEST(VoxelGrid, PointsWhereTheyLie) {
           Eigen::Map<Eigen::Vector3f>(data.data() + i * stride) = p.cast<float>();
           if (holes && random.below(3) == 0) data[i * stride + random.below(3)] = random.below(2) == 0 ? kNaN : -INFINITY;
         }
-        expect_grid_of_cloud(data, stride, 0.02, size > 300 ? 3 : 1);   // 24 bits of a key or fewer
+        expect_grid_of_cloud(data, stride, 0.02, size > 300 ? 3 : 1);  // 24 bits of a key or fewer
         expect_grid_of_cloud(data, stride, 1e-6, size > 300 ? 3 : 1);  // more than 32
       }
     }

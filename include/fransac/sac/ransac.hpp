@@ -70,7 +70,7 @@ struct RansacOptions {
   /// fewer inliers than the refit has that it leads to, while the best model has been refitted: at 1 the best of two planes of
   /// nearly the same size is missed more often than `probability` says.
   double promising = 1.0;
-  std::uint64_t seed = 0;               ///< Of all random numbers; the same seed, the same answer.
+  std::uint64_t seed = 0;   ///< Of all random numbers; the same seed, the same answer.
   std::uint32_t round = 0;  ///< Tells several searches with one seed apart: hypothesis i draws from stream (round << 32) + i.
   int threads = 1;          ///< 0: all cores. Never changes the answer.
 };

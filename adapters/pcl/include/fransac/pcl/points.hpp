@@ -106,9 +106,11 @@ void read(const ::pcl::PointCloud<PointT>& from, const ::pcl::Indices* indices, 
   to.origin.setZero();
   to.width = to.height = 0;
   if (indices != nullptr) {
-    return read_some(from, indices->size(), [indices](std::size_t i) { return (*indices)[i]; }, keep, to);
+    return read_some(
+        from, indices->size(), [indices](std::size_t i) { return (*indices)[i]; }, keep, to);
   }
-  read_some(from, from.size(), [](std::size_t i) { return i; }, keep, to);
+  read_some(
+      from, from.size(), [](std::size_t i) { return i; }, keep, to);
 }
 
 template <class PointT>
@@ -116,7 +118,8 @@ void read(const ::pcl::PointCloud<PointT>& from, const ::pcl::Indices* indices, 
   to.origin.setZero();
   to.width = to.height = 0;
   if (indices == nullptr && from.is_dense && read_all(from, to)) return;
-  read(from, indices, [](std::size_t) { return true; }, to);
+  read(
+      from, indices, [](std::size_t) { return true; }, to);
 }
 
 /// All points in order, organised as they are; NaN where a point is not finite or not among `indices` (null: all).
