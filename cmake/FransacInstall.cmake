@@ -21,6 +21,15 @@ if(FRANSAC_BUILD_PCL)
   install(EXPORT fransac_pcl FILE fransac_pcl-targets.cmake NAMESPACE fransac:: DESTINATION ${package_dir} COMPONENT pcl_dev)
 endif()
 
+# install_pc(NAME DESCRIPTION REQUIRES COMPONENT LIBS): NAME.pc.
+function(install_pc pc_name pc_description pc_requires component pc_libs)
+  set(pc_dir ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+  file(RELATIVE_PATH to_prefix /${pc_dir} /)
+  string(REGEX REPLACE "/$" "" to_prefix ${to_prefix})
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/fransac.pc.in ${PROJECT_BINARY_DIR}/${pc_name}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${pc_name}.pc DESTINATION ${pc_dir} COMPONENT ${component})
+endfunction()
+
 # install_library(COMPONENT DESCRIPTION REQUIRES [STATIC_REQUIRES]): how COMPONENT's library is found. Who links a static library
 # links what it is made with, too; a shared one keeps that to itself.
 function(install_library component description requires static_requires)
@@ -39,24 +48,21 @@ function(install_library component description requires static_requires)
   endif()
   install(EXPORT ${library} FILE ${library}-targets.cmake NAMESPACE fransac:: DESTINATION ${package_dir} COMPONENT ${dev})
 
-  set(pc_library ${library})
-  set(pc_description ${description})
+  string(REPLACE _ - pc_name ${pc_name})
   set(pc_requires ${requires})
   if(NOT BUILD_SHARED_LIBS)
     string(APPEND pc_requires ", ${static_requires}")
   endif()
-  string(REPLACE _ - pc_name ${pc_name})
-  set(pc_dir ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-  file(RELATIVE_PATH to_prefix /${pc_dir} /)
-  string(REGEX REPLACE "/$" "" to_prefix ${to_prefix})
-  configure_file(${PROJECT_SOURCE_DIR}/cmake/fransac.pc.in ${PROJECT_BINARY_DIR}/${pc_name}.pc @ONLY)
-  install(FILES ${PROJECT_BINARY_DIR}/${pc_name}.pc DESTINATION ${pc_dir} COMPONENT ${dev})
+  install_pc(${pc_name} "${description}" "${pc_requires}" ${dev} "Libs: -L\${libdir} -l${library}\n")
 endfunction()
 
 set(same "= ${PROJECT_VERSION}")
 install_library(fransac "${PROJECT_DESCRIPTION}" "eigen3 >= 3.4" "libhwy, tbb")
 install_library(io "Images, cameras and folders of frames for fransac" "fransac ${same}" "spng, libturbojpeg")
 install_library(cloud_io "PCD and PLY files for fransac" "fransac-io ${same}" "pcl_io")
+if(FRANSAC_BUILD_PCL)  # headers only
+  install_pc(fransac-pcl "fransac in the place of PCL's classes" "fransac ${same}, pcl_common >= 1.12" pcl_dev "")
+endif()
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/fransacConfig.cmake.in fransacConfig.cmake
                               INSTALL_DESTINATION ${package_dir} NO_SET_AND_CHECK_MACRO)

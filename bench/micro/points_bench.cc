@@ -2,6 +2,9 @@
 // The kernels over point arrays, each beside its scalar truth. Points lie on a noisy plane among uniform ones.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/point_cloud.hpp"
 #include "fransac/core/random.hpp"
@@ -47,14 +50,23 @@ FRANSAC_POINT_BENCH(count_inliers);
 FRANSAC_POINT_BENCH(msac);
 FRANSAC_POINT_BENCH(inlier_moments);
 
-void leaf_keys(benchmark::State& state) {
-  constexpr fransac::kernels::Lattice kLattice{{50.0, 50.0, 50.0}, {200.0, 200.0, 0.0}, {0, 10, 20}};
-  fransac::AlignedVector<std::uint64_t> keys(static_cast<std::size_t>(state.range(0)) + fransac::PointCloud::kBlock);
-  over_points(state, [&](auto... a) {
-    fransac::kernels::leaf_keys(a..., kLattice, keys.data());
-    return keys[0];
-  });
+/// The same points side by side, as in PCL.
+void leaf_runs(benchmark::State& state) {
+  constexpr fransac::kernels::Lattice kLattice{{50.0, 50.0, 50.0}, {200.0, 200.0, 0.0}, {0x1.8p25, 0x1.8p25, 0x1.8p25}};
+  constexpr std::size_t kStretch = 256;
+  const auto n = static_cast<std::size_t>(state.range(0));
+  const fransac::PointCloud cloud = make_cloud(n);
+  std::vector<float> points(4 * n);
+  for (std::size_t i = 0; i < n; ++i) Eigen::Map<Eigen::Vector3f>(points.data() + 4 * i) = cloud.local(i).cast<float>();
+  fransac::AlignedVector<fransac::kernels::LeafRun> runs(kStretch);
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < n; i += kStretch) {
+      benchmark::DoNotOptimize(
+          fransac::kernels::leaf_runs(points.data() + 4 * i, 4, std::min(kStretch, n - i), kLattice, runs.data()));
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * state.range(0));
 }
-BENCHMARK(leaf_keys)->Arg(2048)->Arg(300000);
+BENCHMARK(leaf_runs)->Arg(2048)->Arg(300000);
 
 }  // namespace

@@ -28,7 +28,7 @@ highlight_language = "none"
 suppress_warnings = ["duplicate_declaration.cpp"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["dollarmath"]
-breathe_projects = {"fransac": os.environ["FRANSAC_DOXYGEN_XML"]}
+breathe_projects = {"fransac": os.environ["FRANSAC_DOXYGEN_XML"], "pcl": os.environ["FRANSAC_DOXYGEN_PCL_XML"]}
 breathe_default_project = "fransac"
 breathe_show_include = False
 cpp_maximum_signature_line_length = 100
@@ -47,7 +47,15 @@ MODULES = {
     "eval": "Metrics",
     "synth": "Rendered scenes",
     "io": "Files: `fransac::io` and `fransac::cloud_io`",
+    "pcl": "In the place of PCL's classes: `fransac::pcl`",
 }
+# Not for use (Doxyfile).
+HIDDEN = {"planes/tuning.hpp", "pcl/points.hpp", "pcl/field_means.hpp"}
+
+
+def project_of(folder):
+    """Headers of the adapter have a project of their own: one is called like a header of the library."""
+    return "pcl" if folder == "pcl" else "fransac"
 
 
 def write_reference():
@@ -57,9 +65,9 @@ def write_reference():
     for folder, title in MODULES.items():
         text = f"# {title}\n"
         for header in sorted((SOURCE / "include/fransac" / folder).glob("*.hpp")):
-            if header.name != "tuning.hpp":
+            if f"{folder}/{header.name}" not in HIDDEN:
                 text += f"\n## {header.name}\n\n`#include <fransac/{folder}/{header.name}>`\n"
-                text += f"\n```{{eval-rst}}\n.. doxygenfile:: {header.name}\n```\n"
+                text += f"\n```{{eval-rst}}\n.. doxygenfile:: {header.name}\n   :project: {project_of(folder)}\n```\n"
         page = SOURCE / "cpp" / f"{folder}.md"
         page.parent.mkdir(exist_ok=True)
         if not page.exists() or page.read_text(encoding="utf-8") != text:

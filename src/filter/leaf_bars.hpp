@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Numbers for the leaves that a depth image's rows enter, one run of pixels after the other.
+/// Numbers for the leaves that the rows of a depth camera enter, one run of pixels after the other.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <optional>
 
 #include "fransac/core/aligned.hpp"
 
@@ -19,7 +20,8 @@ namespace fransac {
 /// What an earlier frame wrote is told by its stamps, so nothing is cleared between frames.
 class LeafBars {
  public:
-  static constexpr int kLeafBits = 6;  ///< Of a key, for the place in the bar.
+  static constexpr int kLeafBits = 6;   ///< Of a key, for the place in the bar.
+  static constexpr int kMostBits = 28;  ///< Of a key: the table of bars has 16 MiB then, mostly never touched.
 
   /// Forgets all keys.
   void forget() {
@@ -47,6 +49,13 @@ class LeafBars {
 
   [[nodiscard]] std::uint32_t leaves() const { return leaves_; }
 
+  [[nodiscard]] std::optional<std::uint32_t> number_of(std::uint32_t key) const {
+    const std::uint32_t block = bars_[key >> kLeafBits] - first_block_;
+    if (block >= blocks_) return std::nullopt;
+    const std::uint32_t known = numbers_[(block << kLeafBits) + (key & kInBar)] - first_leaf_;
+    return known < leaves_ ? std::optional(known) : std::nullopt;
+  }
+
   /// Looks up the keys of one row: a copy of the table's state that stays in registers.
   class Row {
    public:
@@ -60,8 +69,9 @@ class LeafBars {
     Row& operator=(const Row&) = delete;
     ~Row() { bars_->leaves_ = leaves_; }
 
+    [[nodiscard]] std::uint32_t leaves() const { return leaves_; }
+
     std::uint32_t number_of(std::uint32_t key) {
-      constexpr std::uint32_t kInBar = (1U << kLeafBits) - 1;
       std::uint32_t block = blocks_[key >> kLeafBits] - bars_->first_block_;
       if (block >= bars_->blocks_) block = enter(key >> kLeafBits);
       std::uint32_t& stamp = numbers_[(block << kLeafBits) + (key & kInBar)];
@@ -95,6 +105,8 @@ class LeafBars {
   };
 
  private:
+  static constexpr std::uint32_t kInBar = (1U << kLeafBits) - 1;
+
   struct Free {
     void operator()(void* p) const { std::free(p); }  // NOLINT(cppcoreguidelines-no-malloc)
   };

@@ -42,17 +42,21 @@ struct RowBand {
   AlignedVector<std::uint64_t> running;
 };
 
-/// The points of one leaf of a cloud.
-struct CloudLeaf {
-  std::array<double, 3> sum{};
-  std::uint64_t key = 0;  ///< Its place in the grid, packed.
-  std::uint32_t count = 0;
+/// The points of one leaf of a cloud: sums of x, y and z in whole numbers (kernels::Lattice), modulo 2^64, and how many there
+/// are.
+struct alignas(32) CloudLeaf {
+  std::array<std::uint64_t, 4> sum{};
+
+  [[nodiscard]] std::uint64_t count() const { return sum[3]; }
 };
 
-/// Leaves of a stretch of a cloud.
+/// Leaves of a stretch of a cloud: numbered by bars where these serve, else by the table.
 struct CloudPart {
+  LeafBars bars;
   LeafTable<std::uint64_t> table;
-  AlignedVector<CloudLeaf> leaves;
+  AlignedVector<CloudLeaf> leaves;    ///< `count` of them, then others.
+  AlignedVector<std::uint64_t> keys;  ///< Their places in the grid, packed.
+  std::size_t count = 0;
   AlignedVector<std::uint32_t> number;  ///< What they are called in the whole.
 };
 
@@ -61,16 +65,22 @@ struct Lattice {
   /// Of a key; every shift, also by the bits of a whole axis, then stays below its width.
   static constexpr int kMostBits = 63;
 
-  kernels::Lattice key{};
+  /// Its rounder makes coordinates multiples of 2^-30 of the largest along their axis. Sums of such numbers are whole, so that
+  /// they do not depend on their order and with it on the number of threads.
+  kernels::Lattice to_index{};
+  std::array<int, 3> shift{};    ///< Of each axis' index in a key.
+  std::array<double, 3> unit{};  ///< Metres, of sums.
   Eigen::Vector3d leaf_size = Eigen::Vector3d::Zero();
   VoxelGrid::Index smallest = VoxelGrid::Index::Zero();
   VoxelGrid::Index largest = VoxelGrid::Index::Zero();
-  /// Adding and subtracting this rounds a coordinate to a multiple of 2^-30 of the largest along its axis. Sums of up to 2^22
-  /// such numbers are exact, so that they do not depend on their order and with it on the number of threads.
-  std::array<double, 3> rounder{};
+  int key_bits = 0;
+  bool bars = false;  ///< Whether leaves are numbered by LeafBars.
 
   /// Indices along this axis fit into so many bits.
   [[nodiscard]] int bits(int axis) const;
+  [[nodiscard]] std::uint64_t key(const std::uint32_t* index) const {
+    return std::uint64_t{index[0]} << shift[0] | std::uint64_t{index[1]} << shift[1] | std::uint64_t{index[2]} << shift[2];
+  }
   /// What of a key is the index along this axis.
   [[nodiscard]] std::uint64_t index(std::uint64_t leaf_key, int axis) const;
   /// The middle of a leaf in local coordinates, metres.

@@ -124,23 +124,97 @@ InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_REST
   return {inlier_count, {sum(sx), sum(sy), sum(sz), sum(xx), sum(xy), sum(xz), sum(yy), sum(yz), sum(zz)}};
 }
 
-void LeafKeys(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
-              const Lattice& lattice, std::uint64_t* HWY_RESTRICT keys) {
-  const hn::CappedTag<double, kBlock / 2> dd;
-  const hn::Rebind<float, decltype(dd)> df;
-  const hn::Rebind<std::int32_t, decltype(dd)> d32;
-  const hn::Rebind<std::int64_t, decltype(dd)> d64;
-  const hn::Rebind<std::uint64_t, decltype(dd)> du64;
-  const auto part = [&](const float* HWY_RESTRICT coordinate, int axis) HWY_ATTR {
-    const auto value = hn::PromoteTo(dd, hn::Load(df, coordinate));
-    const auto index =
-        hn::DemoteTo(d32, hn::MulAdd(value, hn::Set(dd, lattice.per_leaf[axis]), hn::Set(dd, lattice.offset[axis])));
-    return hn::ShiftLeftSame(hn::BitCast(du64, hn::PromoteTo(d64, index)), lattice.shift[axis]);
+// A point fills a vector of four: nothing to gain where doubles come in pairs.
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#define FRANSAC_POINT_IS_A_VECTOR 1
+#else
+#define FRANSAC_POINT_IS_A_VECTOR 0
+#endif
+
+std::size_t LeafRuns(const float* HWY_RESTRICT points, std::size_t stride, std::size_t n, const Lattice& lattice,
+                     LeafRun* HWY_RESTRICT runs) {
+#if FRANSAC_POINT_IS_A_VECTOR
+  const hn::FixedTag<double, 4> dd;
+  const hn::FixedTag<float, 4> df;
+  const hn::FixedTag<std::int32_t, 4> di;
+  const hn::FixedTag<std::uint32_t, 4> du;
+  const hn::FixedTag<std::uint64_t, 4> du64;
+  const auto xyz = hn::FirstN(df, 3);
+  const auto per_leaf = hn::LoadU(dd, lattice.per_leaf);
+  const auto offset = hn::LoadU(dd, lattice.offset);
+  const auto rounder = hn::LoadU(dd, lattice.rounder);
+  alignas(32) constexpr std::uint64_t kCount[4] = {0, 0, 0, 1};
+  const auto zero = hn::Sub(hn::BitCast(du64, rounder), hn::Load(du64, kCount));
+  auto sum = hn::Zero(du64);
+  auto previous = hn::Set(di, -1);
+  std::size_t count = 0;
+  const auto add = [&](hn::Vec<hn::FixedTag<float, 4>> floats) HWY_ATTR {
+    const auto point = hn::PromoteTo(dd, floats);
+    const auto index = hn::DemoteTo(di, hn::MulAdd(point, per_leaf, offset));
+    sum = hn::Add(sum, hn::Sub(hn::BitCast(du64, hn::Add(point, rounder)), zero));
+    // Where a run ends cannot be predicted, so it is no branch.
+    count += static_cast<std::size_t>(hn::CountTrue(di, hn::Eq(index, previous)) < 4);
+    previous = index;
+    LeafRun& run = runs[count - 1];
+    hn::Store(sum, du64, run.sum);
+    hn::Store(hn::BitCast(du, index), du, run.index);
   };
-  for (std::size_t i = 0; i < n; i += hn::Lanes(dd)) {
-    hn::StoreU(hn::Or(part(x + i, 0), hn::Or(part(y + i, 1), part(z + i, 2))), du64, keys + i);
-  }
+  // A whole load takes less than a masked one, but of the last point the fourth float need not be there.
+  const std::size_t whole = stride >= 4 && n > 0 ? n - 1 : 0;
+  for (std::size_t i = 0; i < whole; ++i) add(hn::IfThenElseZero(xyz, hn::LoadU(df, points + i * stride)));
+  for (std::size_t i = whole; i < n; ++i) add(hn::MaskedLoad(xyz, df, points + i * stride));
+  return count;
+#else
+  return ref::leaf_runs(points, stride, n, lattice, runs);
+#endif
 }
+
+Box BoxOf(const float* HWY_RESTRICT points, std::size_t stride, std::size_t n) {
+#if FRANSAC_POINT_IS_A_VECTOR
+  const hn::FixedTag<float, 4> df;
+  const hn::FixedTag<float, 8> df2;
+  const auto xyz = hn::FirstN(df, 3);
+  std::size_t i = 0;
+  auto min2 = hn::Set(df2, std::numeric_limits<float>::infinity());
+  auto max2 = hn::Set(df2, -std::numeric_limits<float>::infinity());
+  auto differences2 = hn::Zero(df2);  // of numbers and themselves: bits of a NaN unless all are finite
+  if (stride == 4) {                  // two at once; of the last point the fourth float need not be there
+    for (; i + 2 < n; i += 2) {
+      const auto both = hn::LoadU(df2, points + i * stride);
+      min2 = hn::Min(min2, both);
+      max2 = hn::Max(max2, both);
+      differences2 = hn::Or(differences2, hn::Sub(both, both));
+    }
+  }
+  auto min = hn::Min(hn::LowerHalf(df, min2), hn::UpperHalf(df, min2));
+  auto max = hn::Max(hn::LowerHalf(df, max2), hn::UpperHalf(df, max2));
+  auto differences = hn::IfThenElseZero(xyz, hn::Or(hn::LowerHalf(df, differences2), hn::UpperHalf(df, differences2)));
+  for (; i < n; ++i) {
+    const auto point = hn::MaskedLoad(xyz, df, points + i * stride);
+    min = hn::Min(min, point);
+    max = hn::Max(max, point);
+    differences = hn::Or(differences, hn::Sub(point, point));
+  }
+  const bool finite = hn::AllTrue(df, hn::Eq(differences, hn::Zero(df)));
+  if (!finite) {  // anew, without those that are not
+    min = hn::Set(df, std::numeric_limits<float>::infinity());
+    max = hn::Set(df, -std::numeric_limits<float>::infinity());
+    for (i = 0; i < n; ++i) {
+      const auto point = hn::MaskedLoad(xyz, df, points + i * stride);
+      if (!hn::AllTrue(df, hn::Eq(hn::Sub(point, point), hn::Zero(df)))) continue;
+      min = hn::Min(min, point);
+      max = hn::Max(max, point);
+    }
+  }
+  alignas(16) float ends[2][4];
+  hn::Store(min, df, ends[0]);
+  hn::Store(max, df, ends[1]);
+  return {{ends[0][0], ends[0][1], ends[0][2]}, {ends[1][0], ends[1][1], ends[1][2]}, finite};
+#else
+  return ref::box(points, stride, n);
+#endif
+}
+#undef FRANSAC_POINT_IS_A_VECTOR
 
 }  // namespace HWY_NAMESPACE
 }  // namespace fransac::kernels

@@ -15,7 +15,8 @@ HWY_EXPORT(BoundsOf);
 HWY_EXPORT(CountInliers);
 HWY_EXPORT(MsacOf);
 HWY_EXPORT(InlierMomentsOf);
-HWY_EXPORT(LeafKeys);
+HWY_EXPORT(LeafRuns);
+HWY_EXPORT(BoxOf);
 
 Bounds bounds(const float* values, std::size_t n) { return HWY_DYNAMIC_DISPATCH(BoundsOf)(values, n); }
 
@@ -32,9 +33,11 @@ InlierMoments inlier_moments(const float* x, const float* y, const float* z, std
   return HWY_DYNAMIC_DISPATCH(InlierMomentsOf)(x, y, z, n, plane, threshold);
 }
 
-void leaf_keys(const float* x, const float* y, const float* z, std::size_t n, const Lattice& lattice, std::uint64_t* keys) {
-  HWY_DYNAMIC_DISPATCH(LeafKeys)(x, y, z, n, lattice, keys);
+std::size_t leaf_runs(const float* points, std::size_t stride, std::size_t n, const Lattice& lattice, LeafRun* runs) {
+  return HWY_DYNAMIC_DISPATCH(LeafRuns)(points, stride, n, lattice, runs);
 }
+
+Box box(const float* points, std::size_t stride, std::size_t n) { return HWY_DYNAMIC_DISPATCH(BoxOf)(points, stride, n); }
 
 }  // namespace fransac::kernels
 #endif  // HWY_ONCE

@@ -41,17 +41,34 @@ struct InlierMoments {
 InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
 
 /// Where a point lies in a grid: along each axis the index is trunc(coordinate * per_leaf + offset), which must lie in
-/// [0, 2^31); the key is the three of them, shifted and joined.
+/// [0, 2^31). Coordinates are added up as whole numbers: bits(coordinate + rounder) - bits(rounder) of doubles, which is the
+/// coordinate in units of the rounder's last bit.
 struct Lattice {
-  double per_leaf[3];
-  double offset[3];
-  int shift[3];
+  double per_leaf[4];  ///< The fourth of each is zero: it fills a vector.
+  double offset[4];
+  double rounder[4];
 };
-/// Keys of NaN points are unspecified.
-void leaf_keys(const float* x, const float* y, const float* z, std::size_t n, const Lattice& lattice, std::uint64_t* keys);
+
+/// Neighbours with the same index.
+struct alignas(64) LeafRun {
+  std::uint64_t sum[4];    ///< Of x, y and z of all points up to the run's last, and how many these are.
+  std::uint32_t index[4];  ///< Along x, y and z; 0.
+};
+/// Runs of n finite points, whose x, y and z are side by side, `stride` floats from one point to the next. There must be room
+/// for n runs; returns their number.
+std::size_t leaf_runs(const float* points, std::size_t stride, std::size_t n, const Lattice& lattice, LeafRun* runs);
+
+/// Smallest and largest x, y and z of those points of such an array that are finite; (+inf, -inf) where there is none.
+struct Box {
+  float min[3];
+  float max[3];
+  bool finite;  ///< Whether all points are.
+};
+Box box(const float* points, std::size_t stride, std::size_t n);
 
 namespace ref {
-void leaf_keys(const float* x, const float* y, const float* z, std::size_t n, const Lattice& lattice, std::uint64_t* keys);
+std::size_t leaf_runs(const float* points, std::size_t stride, std::size_t n, const Lattice& lattice, LeafRun* runs);
+Box box(const float* points, std::size_t stride, std::size_t n);
 Bounds bounds(const float* values, std::size_t n);
 std::uint32_t count_inliers(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);
 Msac msac(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -56,13 +57,43 @@ InlierMoments inlier_moments(const float* x, const float* y, const float* z, std
   return m;
 }
 
-void leaf_keys(const float* x, const float* y, const float* z, std::size_t n, const Lattice& lattice, std::uint64_t* keys) {
-  const auto part = [&lattice](float coordinate, int axis) {
-    const double index = static_cast<double>(coordinate) * lattice.per_leaf[axis] + lattice.offset[axis];
-    if (!(index >= 0.0 && index < 0x1p31)) return std::uint64_t{0};
-    return static_cast<std::uint64_t>(index) << lattice.shift[axis];
-  };
-  for (std::size_t i = 0; i < n; ++i) keys[i] = part(x[i], 0) | part(y[i], 1) | part(z[i], 2);
+std::size_t leaf_runs(const float* points, std::size_t stride, std::size_t n, const Lattice& lattice, LeafRun* runs) {
+  std::uint64_t sum[3] = {0, 0, 0};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float* const point = points + i * stride;
+    std::uint32_t index[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const double coordinate = static_cast<double>(point[axis]);
+      const double place = coordinate * lattice.per_leaf[axis] + lattice.offset[axis];
+      index[axis] = place > 0.0 && place < 0x1p31 ? static_cast<std::uint32_t>(place) : 0;
+      sum[axis] +=
+          std::bit_cast<std::uint64_t>(coordinate + lattice.rounder[axis]) - std::bit_cast<std::uint64_t>(lattice.rounder[axis]);
+    }
+    if (i == 0 || !std::equal(index, index + 3, runs[count - 1].index)) {
+      runs[count++] = {{}, {index[0], index[1], index[2], 0}};
+    }
+    std::copy(sum, sum + 3, runs[count - 1].sum);
+    runs[count - 1].sum[3] = i + 1;
+  }
+  return count;
+}
+
+Box box(const float* points, std::size_t stride, std::size_t n) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  Box b{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}, true};
+  for (std::size_t i = 0; i < n; ++i) {
+    const float* const point = points + i * stride;
+    if (!(std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))) {
+      b.finite = false;
+      continue;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      b.min[axis] = std::min(b.min[axis], point[axis]);
+      b.max[axis] = std::max(b.max[axis], point[axis]);
+    }
+  }
+  return b;
 }
 
 }  // namespace fransac::kernels::ref

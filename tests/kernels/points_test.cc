@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <vector>
@@ -191,37 +193,74 @@ TEST_P(Kernels, MomentsOfMomentsInDouble) {
   EXPECT_EQ(m.sums[7], 16.0 * -6.0);
 }
 
-TEST_P(Kernels, LeafKeys) {
+/// n points side by side, multiples of 2^-10 so that sums and places are exact; the last one ends the memory.
+std::vector<float> side_by_side(RandomStream& random, std::size_t n, std::size_t stride) {
+  std::vector<float> points(n == 0 ? 0 : (n - 1) * stride + 3, std::numeric_limits<float>::quiet_NaN());
+  float place[3] = {0.0F, 0.0F, 0.0F};
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (random.below(4) == 0) place[axis] = (static_cast<float>(random.below(4096)) - 2048.0F) / 1024.0F;
+      points[i * stride + axis] = place[axis];
+    }
+  }
+  return points;
+}
+
+TEST_P(Kernels, LeafRuns) {
   RandomStream random = testing::test_random();
-  const Lattice lattice{.per_leaf = {50.0, 25.0, 50.0}, .offset = {100.25, 200.5, 100.0}, .shift = {0, 9, 20}};
-  for (const std::size_t n : kSizes) {
-    const Points p = random_points(random, n, 0);
-    AlignedVector<std::uint64_t> a(n);
-    AlignedVector<std::uint64_t> b(n);
-    leaf_keys(p.x.data(), p.y.data(), p.z.data(), n, lattice, a.data());
-    ref::leaf_keys(p.x.data(), p.y.data(), p.z.data(), n, lattice, b.data());
-    for (std::size_t i = 0; i < n; ++i) {
-      if (std::isnan(p.x[i]) || std::isnan(p.z[i])) continue;  // unspecified
-      EXPECT_EQ(a[i], b[i]);  // 29 bits of product and offset: exact with and without fused multiply-add
+  const Lattice lattice{
+      .per_leaf = {50.0, 25.0, 4.0, 0.0}, .offset = {100.25, 200.5, 8.0, 0.0}, .rounder = {0x1.8p24, 0x1.8p25, 0x1.8p23, 0.0}};
+  for (const std::size_t stride : std::initializer_list<std::size_t>{3, 4, 8, 9}) {
+    for (const std::size_t n : std::initializer_list<std::size_t>{0, 1, 2, 3, 17, 256}) {
+      const std::vector<float> points = side_by_side(random, n, stride);
+      AlignedVector<LeafRun> a(n);
+      AlignedVector<LeafRun> b(n);
+      const std::size_t runs = leaf_runs(points.data(), stride, n, lattice, a.data());
+      ASSERT_EQ(runs, ref::leaf_runs(points.data(), stride, n, lattice, b.data()));
+      for (std::size_t i = 0; i < runs; ++i) {
+        EXPECT_TRUE(std::equal(a[i].index, a[i].index + 4, b[i].index));
+        EXPECT_TRUE(std::equal(a[i].sum, a[i].sum + 4, b[i].sum));
+      }
+      EXPECT_EQ(runs == 0 ? 0 : a[runs - 1].sum[3], n);
     }
   }
 }
 
-TEST_P(Kernels, LeafKeysFillAllBits) {
-  // Indices 0, 1 and the largest, 2^31 - 128 (the largest float below 2^31), in every place.
-  const Lattice lattice{.per_leaf = {1.0, 1.0, 1.0}, .offset = {0.0, 0.0, 0.0}, .shift = {0, 31, 62}};
-  const float largest = 0x1p31F - 128.0F;
-  const auto index = [](float c) { return static_cast<std::uint64_t>(c); };
-  Points p;
-  for (std::size_t i = 0; i < 2 * kBlock; ++i) {
-    p.x.push_back(i % 3 == 0 ? 0.0F : i % 3 == 1 ? 1.75F : largest);
-    p.y.push_back(i % 5 == 0 ? 0.5F : i % 5 == 1 ? 1.0F : largest);
-    p.z.push_back(i % 2 == 0 ? 0.99F : 1.0F);
-  }
-  AlignedVector<std::uint64_t> keys(p.n());
-  leaf_keys(p.x.data(), p.y.data(), p.z.data(), p.n(), lattice, keys.data());
-  for (std::size_t i = 0; i < p.n(); ++i) {
-    EXPECT_EQ(keys[i], index(p.x[i]) | index(p.y[i]) << 31 | index(p.z[i]) << 62) << i;
+TEST_P(Kernels, LeafRunsByHand) {
+  // Units of 2^-28 m; the largest index is 2^31 - 128, of the largest float below 2^31.
+  const Lattice lattice{
+      .per_leaf = {1.0, 1.0, 0x1p30, 0.0}, .offset = {0.0, 10.0, 0.0, 0.0}, .rounder = {0x1.8p24, 0x1.8p24, 0x1.8p24, 0.0}};
+  const std::vector<float> points{0.5F, -0.25F, 0.0F, 0.75F, -0.5F, 0.0F, 1.0F, -0.5F, 0x1p1F - 0x1p-23F};
+  AlignedVector<LeafRun> runs(3);
+  ASSERT_EQ(leaf_runs(points.data(), 3, 3, lattice, runs.data()), 2U);
+  const std::uint32_t first[3] = {0, 9, 0};
+  const std::uint32_t second[3] = {1, 9, 0x7FFFFF80U};
+  EXPECT_TRUE(std::equal(first, first + 3, runs[0].index));
+  EXPECT_TRUE(std::equal(second, second + 3, runs[1].index));
+  const std::uint64_t one = std::uint64_t{1} << 28;
+  EXPECT_EQ(runs[0].sum[0], one + one / 4);
+  EXPECT_EQ(runs[0].sum[1], 0U - one / 4 * 3);
+  EXPECT_EQ(runs[0].sum[3], 2U);
+  EXPECT_EQ(runs[1].sum[0], 2 * one + one / 4);
+  EXPECT_EQ(runs[1].sum[2], 2 * one - 32);
+  EXPECT_EQ(runs[1].sum[3], 3U);
+}
+
+TEST_P(Kernels, Box) {
+  RandomStream random = testing::test_random();
+  for (const std::size_t stride : std::initializer_list<std::size_t>{3, 4, 8}) {
+    for (const std::size_t n : std::initializer_list<std::size_t>{0, 1, 2, 3, 4, 101}) {
+      for (const float wrong : {0.0F, std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity()}) {
+        std::vector<float> points = side_by_side(random, n, stride);
+        if (n > 0 && wrong != 0.0F) points[random.below(static_cast<std::uint32_t>(n)) * stride + random.below(3)] = wrong;
+        const fransac::kernels::Box a = box(points.data(), stride, n);
+        const fransac::kernels::Box b = ref::box(points.data(), stride, n);
+        EXPECT_EQ(a.finite, n == 0 || wrong == 0.0F);
+        EXPECT_EQ(b.finite, a.finite);
+        EXPECT_TRUE(std::equal(a.min, a.min + 3, b.min));
+        EXPECT_TRUE(std::equal(a.max, a.max + 3, b.max));
+      }
+    }
   }
 }
 

@@ -54,7 +54,8 @@ def complaints(ours, theirs):
     found, wanted = planes(ours), planes(theirs)
     if not wanted or len(found) != len(wanted):
         yield f"{len(found)} planes, PCL {len(wanted)}"
-    # From the second plane on the two search what they left over themselves: inliers count together with those before.
+    # From the second plane on the two search what each left over itself, so that who took more before has fewer points to find:
+    # inliers count together with those before. pcl_adapter_test compares each plane on the same points.
     sums = itertools.accumulate(inliers for _, inliers in found)
     pcl_sums = itertools.accumulate(inliers for _, inliers in wanted)
     for (plane, _), (pcl_plane, _), inliers, pcl_inliers in zip(found, wanted, sums, pcl_sums):

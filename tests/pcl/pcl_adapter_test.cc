@@ -2,6 +2,7 @@
 // The adapter, beside PCL's own classes where both have an answer.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pcl/common/io.h>
 #include <pcl/console/print.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/point_cloud.h>
@@ -269,6 +270,75 @@ TEST(SacSegmentation, AnyPointType) {
   check(pcl::PointXYZRGBNormal{});
 }
 
+/// A tabletop and a floor below it of nearly the same size, noise of half the threshold, and points on neither.
+Cloud::Ptr two_planes(int larger, int smaller, int others) {
+  RandomStream random = test_random();
+  const Cloud::Ptr cloud(new Cloud);
+  const auto side = [&] { return static_cast<float>(uniform(random, -1.0, 1.0)); };
+  const auto noise = [&] { return static_cast<float>(0.005 * random.normal()); };
+  for (int i = 0; i < larger; ++i) cloud->emplace_back(side(), 0.5F + noise(), 2.0F + side());
+  for (int i = 0; i < smaller; ++i) cloud->emplace_back(side(), 1.2F + noise(), 2.0F + side());
+  for (int i = 0; i < others; ++i) cloud->emplace_back(side(), side(), 2.0F + side());
+  return cloud;
+}
+
+TEST(SacSegmentation, TheLargestPlaneWithTheProbabilityAskedFor) {
+  fransac::pcl::SACSegmentation<pcl::PointXYZ> segmentation;
+  set_up(segmentation);
+  segmentation.setInputCloud(two_planes(5600, 5200, 9200));
+  int missed = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    segmentation.setRandomSeed(seed);
+    const Answer found = answer_of(segmentation);
+    ASSERT_EQ(found.plane.values.size(), 4U);
+    missed += std::abs(found.plane.values[3] - 0.5F) > 0.1F ? 1 : 0;
+  }
+  EXPECT_LE(missed, 4);  // two are to be expected at p = 0.99
+}
+
+TEST(SacSegmentation, EveryPlaneOfACloudBesidePclOnTheSamePoints) {
+  // Who takes more of the first plane leaves fewer points near it for the second: both therefore get what ours left over.
+  Cloud::Ptr cloud = two_planes(40000, 25000, 6000);
+  for (int plane = 0; plane < 2; ++plane) {
+    fransac::pcl::SACSegmentation<pcl::PointXYZ> ours;
+    pcl::SACSegmentation<pcl::PointXYZ> theirs;
+    set_up(ours);
+    set_up(theirs);
+    ours.setInputCloud(cloud);
+    theirs.setInputCloud(cloud);
+    const Answer found = answer_of(ours);
+    const Answer wanted = answer_of(theirs);
+    EXPECT_LT(difference(found.plane, wanted.plane), 1e-2);
+    EXPECT_GE(found.inliers.indices.size(), wanted.inliers.indices.size());
+    std::set<int> taken(found.inliers.indices.begin(), found.inliers.indices.end());
+    const Cloud::Ptr rest(new Cloud);
+    for (int i = 0; i < static_cast<int>(cloud->size()); ++i) {
+      if (taken.count(i) == 0) rest->push_back((*cloud)[static_cast<std::size_t>(i)]);
+    }
+    cloud = rest;
+  }
+}
+
+TEST(SacSegmentation, WhatMeansNothingForPlanesIsKept) {
+  fransac::pcl::SACSegmentation<pcl::PointXYZ> ours;
+  pcl::SACSegmentation<pcl::PointXYZ> theirs;
+  double low = 0.0;
+  double high = 0.0;
+  double pcl_low = 1.0;
+  double pcl_high = 1.0;
+  ours.getRadiusLimits(low, high);
+  theirs.getRadiusLimits(pcl_low, pcl_high);
+  EXPECT_EQ(low, pcl_low);
+  EXPECT_EQ(high, pcl_high);
+  ours.setRadiusLimits(0.1, 0.2);
+  ours.getRadiusLimits(low, high);
+  EXPECT_EQ(low, 0.1);
+  EXPECT_EQ(high, 0.2);
+  ours.setSamplesMaxDist(0.3, nullptr);
+  ours.getSamplesMaxDist(low);
+  EXPECT_EQ(low, 0.3);
+}
+
 TEST(SacSegmentation, WhatCannotBeDoneLeavesNothingBehind) {
   const Silence silence;
   const auto check = [](const char* what, const auto& change) {
@@ -353,6 +423,11 @@ TEST(VoxelGrid, LeavesOfPcl) {
         EXPECT_EQ(ours.getMinBoxCoordinates(), theirs.getMinBoxCoordinates());
         EXPECT_EQ(ours.getMaxBoxCoordinates(), theirs.getMaxBoxCoordinates());
         EXPECT_EQ(ours.getNrDivisions(), theirs.getNrDivisions());
+        EXPECT_EQ(ours.getDivisionMultiplier(), theirs.getDivisionMultiplier());
+        const std::vector<int> layout = ours.getLeafLayout();
+        const std::vector<int> pcl_layout = theirs.getLeafLayout();
+        ASSERT_EQ(layout.size(), pcl_layout.size());
+        for (std::size_t i = 0; i < layout.size(); ++i) ASSERT_EQ(layout[i] < 0, pcl_layout[i] < 0);
         // Every point's leaf is the point of the output that PCL has there.
         for (const pcl::PointXYZ& p : *cloud) {
           const Eigen::Vector3i place = ours.getGridCoordinates(p.x, p.y, p.z);
@@ -499,6 +574,34 @@ TEST(VoxelGrid, AveragesFieldsOfAnyTypeAndFiltersByThem) {
   EXPECT_EQ(filtered(grid, cloud)[0].intensity, 1.5F);
 }
 
+TEST(VoxelGrid, SameLeavesWhereverThePointsAreRead) {
+  // In place, gathered by indices, and in place around points that are not finite.
+  const Cloud::Ptr cloud = lattice_points(3000);
+  fransac::pcl::VoxelGrid<pcl::PointXYZ> grid;
+  grid.setLeafSize(1, 1, 1);
+  const std::multiset<std::array<int, 3>> wanted = rounded(filtered(grid, cloud));
+  const Cloud::Ptr holes(new Cloud);
+  const pcl::IndicesPtr indices(new pcl::Indices);
+  for (const pcl::PointXYZ& p : *cloud) {
+    indices->push_back(static_cast<int>(indices->size()));
+    holes->push_back(p);
+    if (indices->size() % 3 == 0) holes->emplace_back(p.x, kNaN, p.z);
+  }
+  holes->is_dense = false;
+  EXPECT_EQ(rounded(filtered(grid, holes)), wanted);
+  EXPECT_EQ(grid.getCentroidIndex(holes->front()), 0);
+  grid.setIndices(indices);
+  EXPECT_EQ(rounded(filtered(grid, cloud)), wanted);
+  pcl::PointCloud<pcl::PointXYZI>::Ptr with_intensity(new pcl::PointCloud<pcl::PointXYZI>);
+  pcl::copyPointCloud(*holes, *with_intensity);
+  for (std::size_t i = 0; i < with_intensity->size(); ++i) (*with_intensity)[i].intensity = (*with_intensity)[i].x;
+  fransac::pcl::VoxelGrid<pcl::PointXYZI> with_fields;
+  with_fields.setLeafSize(1, 1, 1);
+  const auto found = filtered(with_fields, with_intensity);
+  EXPECT_EQ(found.size(), wanted.size());
+  for (const pcl::PointXYZI& p : found) EXPECT_NEAR(static_cast<double>(p.intensity), static_cast<double>(p.x), 1e-5);
+}
+
 TEST(VoxelGrid, IndicesAndPointsThatAreNotFinite) {
   const Cloud::Ptr cloud(new Cloud);
   cloud->emplace_back(0.25F, 0.25F, 0.25F);
@@ -589,6 +692,10 @@ TEST(OrganizedMultiPlane, PlanesLabelsAndContoursBelongTogether) {
               return l.label != decltype(segmentation)::kNoPlane;
             })));
   EXPECT_GT(labelled, cloud->size() / 2);
+
+  const std::vector<pcl::PointIndices> found = inliers;
+  segmentation.refine(models, inliers, labels, label_indices);
+  for (std::size_t plane = 0; plane < found.size(); ++plane) EXPECT_EQ(inliers[plane].indices, found[plane].indices);
 
   segmentation.setProjectPoints(true);
   segmentation.segment(regions);

@@ -399,6 +399,70 @@ TEST(VoxelGrid, ReusedAcrossCloudsAndTableGrowth) {
   }
 }
 
+/// The grid of points side by side is that of the cloud of the finite ones.
+void expect_grid_of_cloud(const std::vector<float>& data, std::size_t stride, double leaf_size_m, int threads) {
+  const std::size_t size = data.empty() ? 0 : (data.size() - 3) / stride + 1;
+  PointCloud cloud;
+  std::vector<std::size_t> finite;
+  for (std::size_t i = 0; i < size; ++i) {
+    const Eigen::Map<const Eigen::Vector3f> p(data.data() + i * stride);
+    if (p.allFinite()) finite.push_back(i);
+  }
+  cloud.resize(finite.size());
+  for (std::size_t i = 0; i < finite.size(); ++i)
+    cloud.set(i, Eigen::Map<const Eigen::Vector3f>(data.data() + finite[i] * stride));
+  const VoxelGrid wanted = grid_of(cloud, leaf_size_m);
+  VoxelGrid found;
+  const PointsView view{.data = data.data(), .size = size, .stride = stride};
+  const Vector3d leaf = Vector3d::Constant(leaf_size_m);
+  ASSERT_TRUE(voxel_grid(view, {.leaf_size_m = leaf, .threads = threads}, found));
+  EXPECT_TRUE(found.leaf_of.empty());
+  ASSERT_TRUE(voxel_grid(view, {.leaf_size_m = leaf, .leaf_of = true, .threads = threads}, found));
+  EXPECT_EQ(found.point_count, wanted.point_count);
+  EXPECT_EQ(found.points, finite.size());
+  EXPECT_EQ(found.smallest, wanted.smallest);
+  EXPECT_EQ(found.largest, wanted.largest);
+  ASSERT_EQ(found.leaves.size(), wanted.leaves.size());
+  for (std::size_t i = 0; i < wanted.leaves.size(); ++i) ASSERT_EQ(found.leaves.local(i), wanted.leaves.local(i));
+  std::vector<std::uint32_t> leaf_of(size, VoxelGrid::kNoLeaf);
+  for (std::size_t i = 0; i < finite.size(); ++i) leaf_of[finite[i]] = wanted.leaf_of[i];
+  EXPECT_TRUE(std::equal(leaf_of.begin(), leaf_of.end(), found.leaf_of.begin(), found.leaf_of.end()));
+  for (std::size_t i = 0; i < finite.size(); i += 97) {
+    EXPECT_EQ(found.leaf_at(found.index_at(Eigen::Map<const Eigen::Vector3f>(data.data() + finite[i] * stride))),
+              wanted.leaf_of[i]);
+  }
+}
+
+TEST(VoxelGrid, PointsWhereTheyLie) {
+  RandomStream random = testing::test_random();
+  for (const std::size_t stride : std::initializer_list<std::size_t>{3, 4, 8}) {
+    for (const std::size_t size : std::initializer_list<std::size_t>{0, 1, 300, 300'001}) {
+      for (const bool holes : {false, true}) {
+        std::vector<float> data(size == 0 ? 0 : (size - 1) * stride + 3, kNaN);
+        for (std::size_t i = 0; i < size; ++i) {
+          const double along = 3e-5 * static_cast<double>(i);
+          const Vector3d p(along, 0.3 * std::sin(along), 2.0 + 0.01 * random.normal());
+          Eigen::Map<Eigen::Vector3f>(data.data() + i * stride) = p.cast<float>();
+          if (holes && random.below(3) == 0) data[i * stride + random.below(3)] = random.below(2) == 0 ? kNaN : -INFINITY;
+        }
+        expect_grid_of_cloud(data, stride, 0.02, size > 300 ? 3 : 1);  // 24 bits of a key or fewer
+        expect_grid_of_cloud(data, stride, 1e-6, size > 300 ? 3 : 1);  // more than 32
+      }
+    }
+  }
+}
+
+TEST(VoxelGrid, OfPointsThatAreAllNotFiniteIsEmpty) {
+  const std::vector<float> data(30, kNaN);
+  VoxelGrid grid = grid_of(hand_made(), 1.0);
+  ASSERT_TRUE(voxel_grid({.data = data.data(), .size = 10}, {.leaf_of = true}, grid));
+  EXPECT_TRUE(grid.leaves.empty());
+  EXPECT_THAT(grid.leaf_of, ::testing::Each(VoxelGrid::kNoLeaf));
+  EXPECT_EQ(grid.leaf_of.size(), 10U);
+  EXPECT_EQ(grid.leaf_at(VoxelGrid::Index::Zero()), VoxelGrid::kNoLeaf);
+  EXPECT_FALSE(voxel_grid({.data = data.data(), .size = 10}, {.leaf_size_m = Vector3d::Zero()}, grid));
+}
+
 TEST(VoxelGrid, ThreadsChangeNothing) {
   // Several parts of a cloud, the last one short; points jump about, so that parts share most of their leaves.
   RandomStream random = testing::test_random();

@@ -11,6 +11,13 @@
 
 namespace fransac {
 
+/// Points in somebody else's memory, metres: x, y and z of each side by side, as in PCL's point types and in arrays of N x 3.
+struct PointsView {
+  const float* data = nullptr;  ///< x, y and z of the first point.
+  std::size_t size = 0;         ///< Points.
+  std::size_t stride = 3;       ///< Floats from one point to the next, 3 or more.
+};
+
 /// A point cloud as three aligned float arrays. The arrays are readable up to `padded_size()`; the padding is NaN, so a
 /// kernel may work in whole vectors: a NaN is an inlier of nothing. A point of an organised cloud that was not measured
 /// is NaN as well and never a point at the origin.

@@ -64,6 +64,18 @@ Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_po
 Status voxel_grid(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid,
                   int threads = 1);
 
+/// How the voxel grid of points in somebody else's memory is made.
+struct PointsGridOptions {
+  Eigen::Vector3d leaf_size_m = Eigen::Vector3d::Constant(0.02);  ///< Edges of a leaf along x, y and z.
+  LeafPoint leaf_point = LeafPoint::centroid;                     ///< The point that stands for it.
+  bool leaf_of = false;                                           ///< Whether to fill VoxelGrid::leaf_of, which takes time.
+  int threads = 1;                                                ///< 0: all cores. Never changes the answer.
+};
+
+/// The same as of the cloud of those points that are finite, several times faster than by way of one: points are read where they
+/// are. The others are in no leaf.
+Status voxel_grid(const PointsView& points, const PointsGridOptions& options, VoxelGrid& grid);
+
 /// How the voxel grid of a depth image is made.
 struct DepthGridOptions {
   double leaf_size_m = 0.02;                   ///< Edge of a leaf.

@@ -66,7 +66,11 @@ struct RansacOptions {
   std::uint32_t max_iterations = 1000;  ///< The cap I, the paper's second stop.
   int pretest_points = 0;               ///< d of T(d,d); 0 is standard RANSAC.
   bool local_optimisation = true;       ///< Refit every promising model to its inliers while that raises its score (LO-RANSAC).
-  std::uint64_t seed = 0;               ///< Of all random numbers; the same seed, the same answer.
+  /// The share of the best model's score from which a hypothesis counts as promising. Three points with noise make a plane with
+  /// fewer inliers than the refit has that it leads to, while the best model has been refitted: at 1 the best of two planes of
+  /// nearly the same size is missed more often than `probability` says.
+  double promising = 1.0;
+  std::uint64_t seed = 0;   ///< Of all random numbers; the same seed, the same answer.
   std::uint32_t round = 0;  ///< Tells several searches with one seed apart: hypothesis i draws from stream (round << 32) + i.
   int threads = 1;          ///< 0: all cores. Never changes the answer.
 };
@@ -197,7 +201,12 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
   }
   const std::uint64_t sampled = problem.num_sampled();
   const bool all_sampled = sampled == n;
-  Bar bar;
+  const double promising = options.local_optimisation ? options.promising : 1.0;
+  const auto bar_of = [&](double score) {
+    return all_sampled ? Bar::exact(score, sampled) : Bar::likely(score / static_cast<double>(n), sampled);
+  };
+  Bar bar;            // of hypotheses
+  Bar optimised_bar;  // of what local optimisation makes of them
   double best_in_sample = 0.0;
 
   /// Whether a hypothesis, weaker than the best, only repeats it: local optimisation has already been there.
@@ -251,6 +260,7 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
       if (!bar.passed_by(work.scores[s]) || repeats_best(hypothesis, work.scores[s])) continue;
       std::pair<Model, SampleScore> candidate{work.models[s], work.scores[s]};
       if (options.local_optimisation) detail::optimise_on_sample(problem, candidate);
+      if (!optimised_bar.passed_by(candidate.second)) continue;
       Score score{total(candidate.second), candidate.second.inliers};
       if (!all_sampled) {
         score = problem.verify(candidate.first, best.score);
@@ -260,7 +270,8 @@ RansacResult<typename Problem::Model> ransac(const Problem& problem, const Ransa
       best.model = candidate.first;
       best.score = score;
       best_in_sample = total(candidate.second);
-      bar = all_sampled ? Bar::exact(score.value, sampled) : Bar::likely(score.value / static_cast<double>(n), sampled);
+      bar = bar_of(promising * score.value);
+      optimised_bar = bar_of(score.value);
       const double inlier_ratio = static_cast<double>(score.inliers) / static_cast<double>(n);
       needed = std::min<std::uint64_t>(options.max_iterations, required_iterations(options.probability, inlier_ratio,
                                                                                    Problem::kSampleSize, options.pretest_points));

@@ -5,7 +5,6 @@
 #include <pcl/ModelCoefficients.h>
 #include <pcl/PointIndices.h>
 #include <pcl/common/centroid.h>
-#include <pcl/impl/pcl_base.hpp>
 #include <pcl/pcl_base.h>
 #include <pcl/point_types.h>
 #include <pcl/segmentation/planar_region.h>
@@ -17,6 +16,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <pcl/impl/pcl_base.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,8 +30,8 @@
 namespace fransac::pcl {
 
 /// Finds every plane of a cloud that a depth camera took, by the method `cells`: PCL's interface and result types. No normals are
-/// needed: setInputNormals() takes them and leaves them alone. The camera is recovered from the cloud, which must be organised, in
-/// the camera's optical frame and without distortion (filter/organised.hpp).
+/// needed: setInputNormals() takes them and leaves them alone. The camera is recovered from the cloud, which must be organised,
+/// in the camera's optical frame and without distortion (filter/organised.hpp).
 ///
 /// Labels count planes from 0, most square metres first; kNoPlane is the label of points on none. Coefficients point to the
 /// camera (d >= 0), as PCL's do. Both segment() and segmentAndRefine() give exact borders.
@@ -41,6 +41,8 @@ namespace fransac::pcl {
 template <class PointT, class PointNT = ::pcl::Normal, class PointLT = ::pcl::Label>
 class OrganizedMultiPlaneSegmentation : public ::pcl::PCLBase<PointT> {
  public:
+  /// PCL's types of what goes in and comes out.
+  /// @{
   using Regions = std::vector<::pcl::PlanarRegion<PointT>, Eigen::aligned_allocator<::pcl::PlanarRegion<PointT>>>;
   using Models = std::vector<::pcl::ModelCoefficients>;
   using IndexLists = std::vector<::pcl::PointIndices>;
@@ -49,27 +51,48 @@ class OrganizedMultiPlaneSegmentation : public ::pcl::PCLBase<PointT> {
   using Labels = ::pcl::PointCloud<PointLT>;
   using LabelsPtr = typename Labels::Ptr;
   using NormalsConstPtr = typename ::pcl::PointCloud<PointNT>::ConstPtr;
+  /// @}
 
+  /// The label of points on no plane.
   static constexpr std::uint32_t kNoPlane = std::numeric_limits<std::uint32_t>::max();
 
+  /// Of the method `cells`, for a structured-light camera.
   OrganizedMultiPlaneSegmentation() { options_.method = Method::cells; }
 
+  /// Taken and left alone.
+  /// @{
   void setInputNormals(const NormalsConstPtr& normals) { normals_ = normals; }
   [[nodiscard]] NormalsConstPtr getInputNormals() const { return normals_; }
-  /// Planes with fewer points are left out.
+  /// @}
+  /// Planes with fewer points are left out; 1000 at first.
+  /// @{
   void setMinInliers(unsigned fewest) { fewest_ = fewest; }
   [[nodiscard]] unsigned getMinInliers() const { return fewest_; }
+  /// @}
+  /// Kept for their getters: radians, metres, curvature.
+  /// @{
   void setAngularThreshold(double radians) { angular_threshold_ = radians; }
   [[nodiscard]] double getAngularThreshold() const { return angular_threshold_; }
   void setDistanceThreshold(double metres) { distance_threshold_ = metres; }
   [[nodiscard]] double getDistanceThreshold() const { return distance_threshold_; }
   void setMaximumCurvature(double curvature) { maximum_curvature_ = curvature; }
   [[nodiscard]] double getMaximumCurvature() const { return maximum_curvature_; }
+  /// @}
   /// Whether contours are moved onto the plane along their rays.
   void setProjectPoints(bool project) { project_points_ = project; }
+  /// PCL's comparators say which neighbours belong together by normals, which nothing here looks at: taken and left alone.
+  /// @{
+  template <class ComparatorPtr>
+  void setComparator(const ComparatorPtr& /*comparator*/) {}
+  template <class ComparatorPtr>
+  void setRefinementComparator(const ComparatorPtr& /*comparator*/) {}
+  /// @}
   /// Not in PCL: sensor, seed, threads, directions of planes and what else segment() of the library takes.
   [[nodiscard]] SegmentOptions& options() { return options_; }
 
+  /// Finds the planes; what comes out is as in PCL, list by list in the order of the planes. Empty where the cloud cannot be
+  /// used.
+  /// @{
   void segment(Models& models, IndexLists& inliers) {
     find();
     write(models, inliers);
@@ -103,6 +126,10 @@ class OrganizedMultiPlaneSegmentation : public ::pcl::PCLBase<PointT> {
     label_indices = inliers;
     write(models, inliers, regions, boundaries);
   }
+  /// @}
+
+  /// Nothing is left to refine: segment() gives exact borders.
+  void refine(Models& /*models*/, IndexLists& /*inliers*/, LabelsPtr& /*labels*/, IndexLists& /*label_indices*/) {}
 
  private:
   /// Leaves found_ without planes where there are none.
@@ -127,7 +154,8 @@ class OrganizedMultiPlaneSegmentation : public ::pcl::PCLBase<PointT> {
   /// By label: the number of the plane among those found, or -1.
   [[nodiscard]] std::vector<int> numbers() const {
     std::vector<int> number(kLabelNoPlane + 1, -1);
-    for (std::size_t i = 0; i < found_.planes.size(); ++i) number[static_cast<std::size_t>(found_.planes[i].id)] = static_cast<int>(i);
+    for (std::size_t i = 0; i < found_.planes.size(); ++i)
+      number[static_cast<std::size_t>(found_.planes[i].id)] = static_cast<int>(i);
     return number;
   }
 

@@ -10,7 +10,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "fransac/core/plane.hpp"
@@ -33,6 +35,22 @@ bool is_finite(const PointT& p) {
 inline std::vector<float> coefficients_of(const Plane& plane) {
   return {static_cast<float>(plane.normal.x()), static_cast<float>(plane.normal.y()), static_cast<float>(plane.normal.z()),
           static_cast<float>(plane.d)};
+}
+
+/// The cloud as it lies in memory; nothing where x, y and z of a point are not three floats side by side.
+template <class PointT>
+std::optional<PointsView> view_of(const ::pcl::PointCloud<PointT>& cloud) {
+  if constexpr (std::is_same_v<decltype(PointT::x), float> && sizeof(PointT) % sizeof(float) == 0) {
+    if (cloud.empty()) return PointsView{};
+    const PointT& first = cloud.front();
+    const auto offset = [&](const float& member) {
+      return reinterpret_cast<const unsigned char*>(&member) - reinterpret_cast<const unsigned char*>(&first.x);
+    };
+    if (offset(first.y) == sizeof(float) && offset(first.z) == 2 * sizeof(float)) {
+      return PointsView{&first.x, cloud.size(), sizeof(PointT) / sizeof(float)};
+    }
+  }
+  return std::nullopt;
 }
 
 /// The x, y and z of all points in order; false when one of them is not finite.
@@ -88,9 +106,11 @@ void read(const ::pcl::PointCloud<PointT>& from, const ::pcl::Indices* indices, 
   to.origin.setZero();
   to.width = to.height = 0;
   if (indices != nullptr) {
-    return read_some(from, indices->size(), [indices](std::size_t i) { return (*indices)[i]; }, keep, to);
+    return read_some(
+        from, indices->size(), [indices](std::size_t i) { return (*indices)[i]; }, keep, to);
   }
-  read_some(from, from.size(), [](std::size_t i) { return i; }, keep, to);
+  read_some(
+      from, from.size(), [](std::size_t i) { return i; }, keep, to);
 }
 
 template <class PointT>
@@ -98,7 +118,8 @@ void read(const ::pcl::PointCloud<PointT>& from, const ::pcl::Indices* indices, 
   to.origin.setZero();
   to.width = to.height = 0;
   if (indices == nullptr && from.is_dense && read_all(from, to)) return;
-  read(from, indices, [](std::size_t) { return true; }, to);
+  read(
+      from, indices, [](std::size_t) { return true; }, to);
 }
 
 /// All points in order, organised as they are; NaN where a point is not finite or not among `indices` (null: all).

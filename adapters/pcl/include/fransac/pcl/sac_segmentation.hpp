@@ -4,7 +4,6 @@
 
 #include <pcl/ModelCoefficients.h>
 #include <pcl/PointIndices.h>
-#include <pcl/impl/pcl_base.hpp>
 #include <pcl/pcl_base.h>
 #include <pcl/sample_consensus/method_types.h>
 #include <pcl/sample_consensus/model_types.h>
@@ -14,7 +13,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
+#include <pcl/impl/pcl_base.hpp>
 #include <string>
 
 #include "fransac/pcl/points.hpp"
@@ -30,40 +31,83 @@ namespace fransac::pcl {
 /// Methods: SAC_RANSAC, SAC_MSAC, SAC_RRANSAC (the T(1,1) test), SAC_RMSAC (both).
 /// Whatever else is asked for is an error: a message through PCL's console, and empty results.
 ///
-/// Coefficients (a, b, c, d) are those of a x + b y + c z + d = 0 with |(a, b, c)| = 1. PCL leaves their sign to chance; here d >= 0:
-/// the normal points to the side that the origin is on.
+/// Coefficients (a, b, c, d) are those of a x + b y + c z + d = 0 with |(a, b, c)| = 1. PCL leaves their sign to chance; here d
+/// >= 0: the normal points to the side that the origin is on.
 template <class PointT>
 class SACSegmentation : public ::pcl::PCLBase<PointT> {
  public:
-  /// PCL's `random` seeds from the clock. Here every call of segment() then takes the next seed, so that searches differ from each
-  /// other and a program still repeats itself.
+  /// PCL's `random` seeds from the clock. Here every call of segment() then takes the next seed, so that searches differ from
+  /// each other and a program still repeats itself.
   explicit SACSegmentation(bool random = false) : random_(random) {}
 
+  /// One of the models above; there is none at first.
+  /// @{
   void setModelType(int model) { model_type_ = model; }
   [[nodiscard]] int getModelType() const { return model_type_; }
+  /// @}
+  /// One of the methods above; SAC_RANSAC at first.
+  /// @{
   void setMethodType(int method) { method_type_ = method; }
   [[nodiscard]] int getMethodType() const { return method_type_; }
-  /// Metres.
+  /// @}
+  /// Metres; 0 at first.
+  /// @{
   void setDistanceThreshold(double threshold) { threshold_ = threshold; }
   [[nodiscard]] double getDistanceThreshold() const { return threshold_; }
+  /// @}
+  /// Hypotheses at most; 50 at first.
+  /// @{
   void setMaxIterations(int max_iterations) { max_iterations_ = max_iterations; }
   [[nodiscard]] int getMaxIterations() const { return max_iterations_; }
+  /// @}
+  /// That the largest plane is found; 0.99 at first.
+  /// @{
   void setProbability(double probability) { probability_ = probability; }
   [[nodiscard]] double getProbability() const { return probability_; }
+  /// @}
   /// 0: all cores; negative: one. Never changes the answer.
   void setNumberOfThreads(int threads = -1) { threads_ = threads; }
   /// Least squares on the inliers, repeated while that wins inliers; else the plane of the best three points.
+  /// @{
   void setOptimizeCoefficients(bool optimise) { optimise_ = optimise; }
   [[nodiscard]] bool getOptimizeCoefficients() const { return optimise_; }
+  /// @}
+  /// The direction that models of perpendicular and parallel planes have, of any length.
+  /// @{
   void setAxis(const Eigen::Vector3f& axis) { axis_ = axis; }
   [[nodiscard]] Eigen::Vector3f getAxis() const { return axis_; }
+  /// @}
   /// Radians.
+  /// @{
   void setEpsAngle(double angle) { eps_angle_ = angle; }
   [[nodiscard]] double getEpsAngle() const { return eps_angle_; }
+  /// @}
+  /// Kept for the getter: a plane has no radius, and PCL looks at these limits for circles, spheres and other round models only.
+  /// @{
+  void setRadiusLimits(const double& min_radius, const double& max_radius) {
+    radius_min_ = min_radius;
+    radius_max_ = max_radius;
+  }
+  void getRadiusLimits(double& min_radius, double& max_radius) const {
+    min_radius = radius_min_;
+    max_radius = radius_max_;
+  }
+  /// @}
+  /// Kept for the getter: samples are drawn from the whole cloud. In PCL the second and third point of a sample come from this
+  /// distance around the first, metres, by way of a search object.
+  /// @{
+  template <class SearchPtr>
+  void setSamplesMaxDist(const double& radius, const SearchPtr& /*search*/) {
+    samples_radius_ = radius;
+  }
+  void getSamplesMaxDist(double& radius) const { radius = samples_radius_; }
+  /// @}
 
   /// Not in PCL: the seed of the next search.
+  /// @{
   void setRandomSeed(std::uint64_t seed) { seed_ = seed; }
   [[nodiscard]] std::uint64_t getRandomSeed() const { return seed_; }
+  /// @}
   /// Not in PCL: hypotheses that the last search drew.
   [[nodiscard]] std::uint64_t getIterations() const { return iterations_; }
 
@@ -83,7 +127,7 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
   }
 
  protected:
-  [[nodiscard]] virtual std::string getClassName() const { return "SACSegmentation"; }
+  [[nodiscard]] virtual std::string getClassName() const { return "SACSegmentation"; }  ///< Of messages.
 
  private:
   void fail(const char* what) const { detail::complain(getClassName() + "::segment", what); }
@@ -104,7 +148,8 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
 
   [[nodiscard]] bool sound_parameters() const {
     const char* wrong = nullptr;
-    if (!(threshold_ >= 0.0) || !std::isfinite(threshold_)) wrong = "the distance threshold must be a number of metres, 0 or more";
+    if (!(threshold_ >= 0.0) || !std::isfinite(threshold_))
+      wrong = "the distance threshold must be a number of metres, 0 or more";
     if (!(probability_ > 0.0 && probability_ < 1.0)) wrong = "the probability must lie between 0 and 1";
     if (max_iterations_ < 1) wrong = "the maximum number of iterations must be 1 or more";
     if (has_limits() && !(axis_.norm() > 0.0F && axis_.allFinite())) wrong = "the axis must be a direction";
@@ -127,15 +172,17 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
     const bool msac = method_type_ == ::pcl::SAC_MSAC || method_type_ == ::pcl::SAC_RMSAC;
     const bool pretest = method_type_ == ::pcl::SAC_RRANSAC || method_type_ == ::pcl::SAC_RMSAC;
     const sac::CloudData data(points_, threads);
-    const sac::PlaneProblem problem(data, threshold_, msac ? sac::Scoring::msac : sac::Scoring::inliers, seed, 0, sample_, limits());
+    const sac::PlaneProblem problem(data, threshold_, msac ? sac::Scoring::msac : sac::Scoring::inliers, seed, 0, sample_,
+                                    limits());
     const sac::RansacResult<Plane> found = sac::ransac(problem,
-                         {.probability = probability_,
-                          .max_iterations = static_cast<std::uint32_t>(max_iterations_),
-                          .pretest_points = pretest ? 1 : 0,
-                          .local_optimisation = optimise_,
-                          .seed = seed,
-                          .threads = threads},
-                         work_);
+                                                       {.probability = probability_,
+                                                        .max_iterations = static_cast<std::uint32_t>(max_iterations_),
+                                                        .pretest_points = pretest ? 1 : 0,
+                                                        .local_optimisation = optimise_,
+                                                        .promising = kPromising,
+                                                        .seed = seed,
+                                                        .threads = threads},
+                                                       work_);
     iterations_ = found.iterations;
     if (!found.model || !optimise_) return found.model;
     // PCL's last step is a fit whatever it does to the inliers; here it is not to lose any.
@@ -167,6 +214,10 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
     }
   }
 
+  /// From so much of the best plane's support on, a hypothesis is looked at closer. Of 100 seeds on a desk with planes of 71,000 and
+  /// 66,000 inliers 8 end on the smaller one at 1, one at 0.7, none at 0.5, which takes a tenth more time.
+  static constexpr double kPromising = 0.7;
+
   int model_type_ = -1;
   int method_type_ = ::pcl::SAC_RANSAC;
   double threshold_ = 0.0;
@@ -176,6 +227,9 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
   bool optimise_ = true;
   Eigen::Vector3f axis_ = Eigen::Vector3f::Zero();
   double eps_angle_ = 0.0;
+  double radius_min_ = std::numeric_limits<double>::lowest();
+  double radius_max_ = std::numeric_limits<double>::max();
+  double samples_radius_ = 0.0;
   bool random_;
   std::uint64_t seed_ = 0;
 
