@@ -425,6 +425,8 @@ Status voxel_grid(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m, L
 
 Status voxel_grid(const PointsView& points, const PointsGridOptions& options, VoxelGrid& grid) try {
   if (Status status = check_leaf_sizes(options.leaf_size_m); !status) return status;
+  if (points.stride < 3) return Error{ErrorCode::invalid_argument, "points: a stride of less than three floats"};
+  if (points.data == nullptr && points.size > 0) return Error{ErrorCode::invalid_argument, "points: no data"};
   clear(Eigen::Vector3d::Zero(), grid);
   const kernels::Box box = kernels::box(points.data, points.stride, points.size);
   if (box.min[0] > box.max[0]) {  // no finite point

@@ -461,6 +461,8 @@ TEST(VoxelGrid, OfPointsThatAreAllNotFiniteIsEmpty) {
   EXPECT_EQ(grid.leaf_of.size(), 10U);
   EXPECT_EQ(grid.leaf_at(VoxelGrid::Index::Zero()), VoxelGrid::kNoLeaf);
   EXPECT_FALSE(voxel_grid({.data = data.data(), .size = 10}, {.leaf_size_m = Vector3d::Zero()}, grid));
+  EXPECT_FALSE(voxel_grid({.data = data.data(), .size = 10, .stride = 2}, {}, grid));
+  EXPECT_FALSE(voxel_grid({.data = nullptr, .size = 10}, {}, grid));
 }
 
 TEST(VoxelGrid, ThreadsChangeNothing) {

@@ -73,7 +73,7 @@ struct PointsGridOptions {
 };
 
 /// The same as of the cloud of those points that are finite, several times faster than by way of one: points are read where they
-/// are. The others are in no leaf.
+/// are. The others are in no leaf. Errors: also a view without data or with a stride below 3 (invalid_argument).
 Status voxel_grid(const PointsView& points, const PointsGridOptions& options, VoxelGrid& grid);
 
 /// How the voxel grid of a depth image is made.

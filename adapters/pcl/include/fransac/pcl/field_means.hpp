@@ -75,7 +75,7 @@ std::optional<Component> field_named(const std::string& name) {
 /// The numbers of a point that pcl::CentroidPoint does not average.
 template <class PointT>
 std::vector<Component> plain_components() {
-  constexpr std::array<std::string_view, 11> kPcl{"x",        "y",         "z",   "normal_x", "normal_y", "normal_z",
+  constexpr std::array<std::string_view, 11> kPcl{"x",         "y",         "z",   "normal_x", "normal_y", "normal_z",
                                                   "curvature", "intensity", "rgb", "rgba",     "label"};
   std::vector<Component> components;
   for (const ::pcl::PCLPointField& field : ::pcl::getFields<PointT>()) {

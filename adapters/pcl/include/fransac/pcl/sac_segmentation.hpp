@@ -214,9 +214,9 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
     }
   }
 
-  /// From so much of the best plane's support on, a hypothesis is looked at closer (RansacOptions::promising). Of 100 seeds on a desk
-  /// with planes of 71,000 and 66,000 inliers 8 end on the smaller one at 1, one at 0.7, none at 0.5, which takes 10 to 30 % more
-  /// time.
+  /// From so much of the best plane's support on, a hypothesis is looked at closer (RansacOptions::promising). Of 100 seeds on a
+  /// desk with planes of 71,000 and 66,000 inliers 8 end on the smaller one at 1, one at 0.7, none at 0.5, which takes 10 to 30 %
+  /// more time.
   static constexpr double kPromising = 0.7;
 
   int model_type_ = -1;
