@@ -36,7 +36,6 @@ struct ImageLattice {
 
 /// The lattice of all pixels up to `largest_m` deep; nothing when there are too many leaves for a table.
 std::optional<ImageLattice> make_lattice(const Camera& camera, double leaf_size_m, double largest_m) {
-  constexpr int kMostBits = 22 + LeafBars::kLeafBits;  // a table of 16 MiB, of which an image touches little
   const double leaves = largest_m / leaf_size_m;
   const std::array<double, 3> low{-camera.cx / camera.fx, -camera.cy / camera.fy, 0.0};
   const std::array<double, 3> high{(camera.width - 1 - camera.cx) / camera.fx, (camera.height - 1 - camera.cy) / camera.fy, 1.0};
@@ -53,7 +52,7 @@ std::optional<ImageLattice> make_lattice(const Camera& camera, double leaf_size_
     lattice.key_bits += static_cast<int>(std::bit_width(static_cast<std::uint32_t>(largest - smallest)));
     if (axis == 0) lattice.key_bits = std::max(lattice.key_bits, LeafBars::kLeafBits);
   }
-  if (lattice.key_bits > kMostBits) return std::nullopt;
+  if (lattice.key_bits > LeafBars::kMostBits) return std::nullopt;
   return lattice;
 }
 

@@ -16,7 +16,7 @@
 namespace fransac {
 namespace {
 
-/// Clouds that are numbered by bars have at most so many points: a leaf takes up to 256 bytes there.
+/// Clouds that are numbered by bars have at most so many points: a leaf that is alone in its bar takes up to 512 bytes there.
 constexpr std::size_t kMostPointsOfBars = std::size_t{1} << 20;
 
 Result<Lattice> make_lattice(const kernels::Box& box, std::size_t points, const Eigen::Vector3d& origin_m,
@@ -175,8 +175,8 @@ void restart(const Lattice& lattice, CloudPart& part) {
 /// Makes room for as many leaves, those beyond part.count without points.
 void grow(std::size_t leaves, CloudPart& part) {
   if (part.leaves.size() < leaves) {
-    part.leaves.resize(2 * leaves);
     part.keys.resize(2 * leaves);
+    part.leaves.resize(2 * leaves);  // last: its size says what there is room for, also after an allocation that failed
   }
   std::fill(part.leaves.begin() + static_cast<std::ptrdiff_t>(part.count),
             part.leaves.begin() + static_cast<std::ptrdiff_t>(leaves), CloudLeaf{});
@@ -354,6 +354,7 @@ std::uint32_t VoxelGrid::leaf_at(const Index& index) const {
     if (part >> lattice.bits(axis) != 0) return kNoLeaf;
     key |= part << lattice.shift[static_cast<std::size_t>(axis)];
   }
+  if (key >> lattice.key_bits != 0) return kNoLeaf;  // along z the key has more bits than there are leaves
   const CloudPart& all = scratch->parts.front();
   return (lattice.bars ? all.bars.number_of(static_cast<std::uint32_t>(key)) : all.table.number_of(key)).value_or(kNoLeaf);
 }

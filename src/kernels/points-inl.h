@@ -125,7 +125,7 @@ InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_REST
 }
 
 // A point fills a vector of four: nothing to gain where doubles come in pairs.
-#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2  // better targets have smaller numbers
 #define FRANSAC_POINT_IS_A_VECTOR 1
 #else
 #define FRANSAC_POINT_IS_A_VECTOR 0

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vector code over the coordinate arrays of a point cloud. Raw pointers only. `n` counts whole blocks: a multiple of
-// kBlock values whose tail is NaN; a NaN takes part in nothing. Arrays are aligned to 64 bytes.
-// Every function has a scalar twin in namespace `ref` that says what it computes; the two agree to rounding.
+// Vector code over points. Raw pointers only. Where x, y and z are arrays of their own, `n` counts whole blocks: a multiple of
+// kBlock values whose tail is NaN; a NaN takes part in nothing; arrays are aligned to 64 bytes. leaf_runs and box take points
+// side by side, any number at any address; of all but the last the float after z may be read, too, and is ignored. Every function
+// has a scalar twin in namespace `ref` that says what it computes; the two agree to rounding.
 #pragma once
 
 #include <cstddef>

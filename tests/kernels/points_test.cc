@@ -246,6 +246,17 @@ TEST_P(Kernels, LeafRunsByHand) {
   EXPECT_EQ(runs[1].sum[3], 3U);
 }
 
+TEST_P(Kernels, BoxOfThreePoints) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> points{1, -2, 3, kNan, 0, 0, -1, 5, 2};
+  const fransac::kernels::Box found = box(points.data(), 3, 3);
+  const float least[3] = {-1, -2, 2};
+  const float greatest[3] = {1, 5, 3};
+  EXPECT_TRUE(std::equal(least, least + 3, found.min));
+  EXPECT_TRUE(std::equal(greatest, greatest + 3, found.max));
+  EXPECT_FALSE(found.finite);
+}
+
 TEST_P(Kernels, Box) {
   RandomStream random = testing::test_random();
   for (const std::size_t stride : std::initializer_list<std::size_t>{3, 4, 8}) {

@@ -245,6 +245,12 @@ TEST(VoxelGrid, BoxesOfAnyEdges) {
   EXPECT_FALSE(voxel_grid(cloud, Vector3d(1.0, 0.0, 1.0), LeafPoint::centre, grid));
 }
 
+TEST(VoxelGrid, LeavesByAnIndexBeyondTheLastBit) {
+  const VoxelGrid tall = grid_of(testing::cloud_of({{0.25, 0.25, 0.25}, {0.25, 0.25, 63.25}}), 1.0);
+  EXPECT_EQ(tall.leaf_at({0, 0, 63}), 1U);
+  EXPECT_EQ(tall.leaf_at({0, 0, 64}), VoxelGrid::kNoLeaf);
+}
+
 TEST(VoxelGrid, LeavesByTheirIndex) {
   const VoxelGrid grid = grid_of(hand_made(), 1.0);
   EXPECT_EQ(grid.leaf_at({0, 0, 0}), 0U);

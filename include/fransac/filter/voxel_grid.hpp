@@ -31,7 +31,7 @@ struct VoxelGrid {
 
   PointCloud leaves;                         ///< One point per occupied leaf; `source` is empty.
   AlignedVector<std::uint32_t> point_count;  ///< For each leaf the number of its input points.
-  AlignedVector<std::uint32_t> leaf_of;      ///< For each input point or pixel its leaf, kNoLeaf where it has none.
+  AlignedVector<std::uint32_t> leaf_of;      ///< For each input point or pixel its leaf or kNoLeaf; empty if not asked for.
   std::uint64_t points = 0;                  ///< Input points that lie in a leaf.
   std::uint64_t measured = 0;                ///< Those, and the pixels that limits took away.
 

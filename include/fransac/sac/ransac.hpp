@@ -66,9 +66,9 @@ struct RansacOptions {
   std::uint32_t max_iterations = 1000;  ///< The cap I, the paper's second stop.
   int pretest_points = 0;               ///< d of T(d,d); 0 is standard RANSAC.
   bool local_optimisation = true;       ///< Refit every promising model to its inliers while that raises its score (LO-RANSAC).
-  /// The share of the best model's score from which a hypothesis counts as promising. Three points with noise make a plane with
-  /// fewer inliers than the refit has that it leads to, while the best model has been refitted: at 1 the best of two planes of
-  /// nearly the same size is missed more often than `probability` says.
+  /// With local optimisation: a hypothesis is promising from this share of the best model's score on, in (0, 1]. The best has
+  /// been refitted; a hypothesis through three noisy points has not, and scores less than its refit would: at 1 the larger of two
+  /// planes of nearly the same size is missed more often than `probability` says.
   double promising = 1.0;
   std::uint64_t seed = 0;   ///< Of all random numbers; the same seed, the same answer.
   std::uint32_t round = 0;  ///< Tells several searches with one seed apart: hypothesis i draws from stream (round << 32) + i.

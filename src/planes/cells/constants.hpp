@@ -32,7 +32,7 @@ namespace fransac::cells {
   /* Regions: tolerance of a member; how many times further than its cells a plane is trusted. */                               \
   X(grow_k, 4.0) X(grow_reach, 2.0)                                                                                             \
   X(least_cells, 9) X(least_cells_of_small_seed, 5)                                                                             \
-  /* A region with less evidence, in nats, is chance. */                                                                        \
+  /* A region with less evidence, in nats, is no plane by itself. */                                                             \
   X(least_evidence, 72)                                                                                                         \
   /* With this share of it, a region may be a piece of a plane that is evident elsewhere. */                                    \
   X(piece_share, 0.5)                                                                                                           \

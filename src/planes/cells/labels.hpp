@@ -16,9 +16,9 @@ namespace fransac::cells {
 /// What the pixels of a plane show.
 struct PixelEvidence {
   std::uint64_t count = 0;
-  double squared_residual = 0.0;  ///< Sum of (z q - 1)^2.
-  double area_m2 = 0.0;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();  ///< Of the pixels' points on the plane, metres.
+  double squared_residual = 0.0;                  ///< Sum of (z q - 1)^2.
+  double area_m2 = 0.0;                           ///< While summing: the sum of z^3.
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();  ///< Of the pixels' points on the plane, metres; while summing of (u z, v z, z).
 
   PixelEvidence& operator+=(const PixelEvidence& other);
 };
@@ -27,7 +27,7 @@ struct PixelEvidence {
 struct OwnerRange {
   AlignedVector<std::int16_t> least_of_row;  ///< Left and right only.
   AlignedVector<std::int16_t> greatest_of_row;
-  AlignedVector<std::int16_t> least;     ///< Nobody does not count: as many as there are none.
+  AlignedVector<std::int16_t> least;     ///< Nobody does not count; 0x7fff where there is nobody else.
   AlignedVector<std::int16_t> greatest;  ///< kNobody where there are none.
 };
 

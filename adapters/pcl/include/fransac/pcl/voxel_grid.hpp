@@ -138,8 +138,9 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
       return fail(output, "the points have no field '" + field_ + "'");
     }
     const Status status = make_grid();
-    if (!status) {  // too many leaves for 63 bits: like PCL with too many for 31
-      complain(status.error().message);
+    if (!status) {
+      if (status.error().code == ErrorCode::out_of_memory) return fail(output, status.error().message);
+      complain(status.error().message);  // too many leaves for 63 bits: like PCL with too many for 31
       output = *this->input_;
       return;
     }
