@@ -332,11 +332,7 @@ Status voxel_grid_of_cloud(const DepthView& depth, const Camera& camera, const D
 
 Status voxel_grid(const DepthView& depth, const Camera& camera, const DepthGridOptions& options, VoxelGrid& grid) try {
   if (Status status = check_leaf_size(options.leaf_size_m); !status) return status;
-  grid.leaves.origin.setZero();
-  grid.scratch->lattice.reset();
-  grid.smallest.setZero();
-  grid.largest.setZero();
-  grid.leaves.source.clear();
+  clear(Eigen::Vector3d::Zero(), grid);
   const bool small = depth.size() < LeafSums::kMostPixels;
   const bool built = small && with_raw_type(depth.format(), [&](auto raw) {
                        return build(DepthRows<decltype(raw)>(depth, camera, options.limits), options, grid);

@@ -265,19 +265,6 @@ kernels::Box box_of(const PointCloud& cloud) {
   return box;
 }
 
-/// The grid of no points, in local coordinates with this origin.
-void clear(const Eigen::Vector3d& origin_m, VoxelGrid& grid) {
-  grid.scratch->lattice.reset();
-  grid.smallest.setZero();
-  grid.largest.setZero();
-  grid.leaves.origin = origin_m;
-  grid.leaves.source.clear();
-  grid.leaves.clear();
-  grid.leaf_of.clear();
-  grid.point_count.clear();
-  grid.points = grid.measured = 0;
-}
-
 void write_leaves(LeafPoint leaf_point, VoxelGrid& grid) {
   const Lattice& lattice = *grid.scratch->lattice;
   const CloudPart& all = grid.scratch->parts.front();
@@ -403,6 +390,18 @@ Error too_many_leaves(double leaf_size_m) {
   return Error{ErrorCode::invalid_argument, std::string(text.data()) +
                                                 " m divides the cloud into more leaves than 63-bit keys can tell apart"
                                                 " (2^31 along an axis); take a larger one"};
+}
+
+void clear(const Eigen::Vector3d& origin_m, VoxelGrid& grid) {
+  grid.scratch->lattice.reset();
+  grid.smallest.setZero();
+  grid.largest.setZero();
+  grid.leaves.origin = origin_m;
+  grid.leaves.source.clear();
+  grid.leaves.clear();
+  grid.leaf_of.clear();
+  grid.point_count.clear();
+  grid.points = grid.measured = 0;
 }
 
 Status check_leaf_size(double leaf_size_m) {

@@ -99,6 +99,9 @@ struct VoxelGrid::Scratch {
 /// "leaf-size: 0.001 m divides …": the one message for a lattice that is too fine.
 Error too_many_leaves(double leaf_size_m);
 
+/// Makes it the grid of no points, in local coordinates with this origin.
+void clear(const Eigen::Vector3d& origin_m, VoxelGrid& grid);
+
 /// Checks the leaf size.
 Status check_leaf_size(double leaf_size_m);
 
