@@ -137,6 +137,7 @@ void run_evaluate(const EvaluateCommand& command) {
   const auto json = [&] {
     nlohmann::ordered_json options = options_to_json(command.runs.options);
     if (command.runs.obstacles.asked) options.update(options_to_json(command.runs.obstacles.options));
+    if (command.runs.hoover.asked) options["hoover"] = command.runs.hoover.tolerance;
     return to_text({{"scenes", rows_to_json(rows, true)}, {"mean", rows_to_json(means, false)}, {"options", std::move(options)}});
   };
   write_results({{command.json, json}, {command.csv, [&] { return csv_text(rows, means); }}},
@@ -153,16 +154,23 @@ Command add_evaluate(CLI::App& parent) {
   add_document(*app, "--json", command->json);
   add_document(*app, "--csv", command->csv);
   add_runs(*app, command->runs, 100000, "runs per frame; the median time counts");
+  add_hoover(*app, command->runs.hoover);
   add_obstacle_options(*app, command->runs.obstacles, "find obstacles and compare them with objects.png, where frames have one");
   app->footer(fmt::format(
       "precision, recall, F1: plane 1 against the truth's dominant plane; best F1: the predicted plane that overlaps it most.\n"
-      "matched: F1 of plane 1 against the true plane that it fits best. A frame without a true plane has no scores.\n"
+      "matched: F1 of plane 1 against the true plane that it fits best. A frame without a true plane has no scores. A plane\n"
+      "found mostly where the truth is 0 (ignored) is neither plane 1, which is then the next, nor a false plane.\n"
       "F1@0.5, F1@0.75 (matches of planes by IoU) and wIoU (area-weighted IoU) need a truth of all planes and more than one\n"
       "plane asked for (--planes all). angle, offset: error of the plane that overlaps most, where the truth has coefficients.\n"
       "fps: 1000 / median milliseconds from depth in memory to labels in memory; of means: frames per second over the dataset.\n"
       "--obstacles: objects in the truth, found, false (on most of whose pixels there is no true one: walls are, too), over,\n"
       "under (shares of the true ones found in parts, of the found ones that are several) and F1 by IoU; object IoU: mean over\n"
-      "the true ones of the best. Drops are no objects. obstacles [ms]: median of what finding them adds.\n"
+      "the true ones of the best. Drops are no objects. obstacles [ms]: median of what finding them adds. floor as obstacle:\n"
+      "share of the true floor's pixels that are on an obstacle or a drop; the floor is the label that \"floor\" of truth.json\n"
+      "or of dataset.json names, else label 1 where the truth holds all planes.\n"
+      "--hoover: numbers of regions, true ones from gt_seg.png (values from 10 on) where a frame has one, else the true planes;\n"
+      "found ones are the 8-connected parts of planes from 50 pixels on. Needs what F1@0.5 needs. correct share, of means: of\n"
+      "all regions.\n"
       "CSV columns (empty: does not apply; a method's mean rows come last, scene \"mean\"):\n{}",
       csv_header()));
   return {app, [command] { run_evaluate(*command); }};

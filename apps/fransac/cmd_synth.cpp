@@ -52,9 +52,21 @@ std::vector<std::string> scene_words() {
 
 std::string scene_list() { return joined(scene_words(), ", "); }
 
+/// The label of the floor: level and at the height that scenes are built from, z = 0; 0 when it is not seen.
+int floor_label(const synth::SynthFrame& frame) {
+  constexpr double kRounding = 1e-6;
+  for (const auto& [label, plane] : frame.true_planes) {
+    const Eigen::Vector3d up = frame.T_world_camera.linear() * plane.normal;
+    const double height_m = up.dot(frame.T_world_camera.translation()) - plane.d;
+    if (up.z() > 1.0 - kRounding && std::abs(height_m) < kRounding) return label;
+  }
+  return 0;
+}
+
 void write_synth_frame(const fs::path& folder, synth::Motion motion, synth::SynthFrame frame) {
   const int width = frame.camera.width;
   const int height = frame.camera.height;
+  const int floor = floor_label(frame);
   check(io::write_frame(folder, {.camera = frame.camera,
                                  .depth = {width, height, 1, std::move(frame.depth)},
                                  .labels = io::LabelImage{width, height, 1, std::move(frame.labels)},
@@ -62,6 +74,7 @@ void write_synth_frame(const fs::path& folder, synth::Motion motion, synth::Synt
                                  .colour = io::ColourImage{width, height, 3, std::move(frame.colour)},
                                  .label_scope = motion == synth::Motion::walk ? io::LabelScope::sequence : io::LabelScope::frame,
                                  .true_planes = std::move(frame.true_planes),
+                                 .floor = floor,
                                  .true_objects = std::move(frame.true_objects),
                                  .T_world_camera = frame.T_world_camera}));
 }
@@ -169,7 +182,7 @@ Command add_synth(CLI::App& parent) {
   add_count(*app, "--height", command->height, 16, kMaxImageSide, "rows; the field of view stays");
   app->footer(
       "Writes OUT_DIR/<scene>_<seed>_<frame>/ with depth.png, camera.json, labels.png, objects.png, rgb.png and truth.json, and "
-      "OUT_DIR/dataset.json.\n"
+      "OUT_DIR/dataset.json; truth.json has the planes, the objects and which label is the floor.\n"
       "--motion walk: 1 to 3 cm and 0.3 to 1 degree a frame; a label is the same plane in all frames; depth.txt, rgb.txt and "
       "groundtruth.txt (poses, camera to world) make OUT_DIR a TUM RGB-D sequence at 30 frames a second.\n"
       "Nothing is ever overwritten; a run that fails leaves nothing behind; one ended by a signal leaves the "

@@ -56,7 +56,7 @@ void score_coefficients(Scores& scores, const io::Frame& frame, const Segmentati
   scores[Quantity::offset_m] = error.offset_m;
 }
 
-/// Plane 1 against the true plane that it fits best. Where the truth is the dominant plane alone, that is the only one.
+/// The first judged plane against the true plane that it fits best. Where the truth is the dominant plane alone, that is the only one.
 eval::Detection matched_of(const std::vector<std::uint8_t>& true_labels, const std::vector<std::uint8_t>& labels, io::Truth truth,
                            const eval::Detection& dominant) {
   return truth == io::Truth::planes ? unwrap(eval::matched_plane(true_labels, labels)).detection : dominant;
@@ -110,13 +110,55 @@ void score_objects(Scores& scores, const io::Frame& frame, const Obstacles& foun
   scores[objects_mean_iou] = sum / metrics.true_objects;
 }
 
-void set_fps(Scores& scores) {
+/// How much of the true floor, where it is known which that is and it is seen, became an obstacle; drops are obstacles here.
+void score_floor(Scores& scores, const io::Frame& frame, io::Truth truth, const Obstacles& found) {
+  const int label = frame.floor.value_or(truth == io::Truth::planes ? kLabelFirst : kLabelNoDepth);
+  if (label == kLabelNoDepth) return;
+  const auto counts =
+      unwrap(eval::floor_as_obstacle(frame.labels->pixels, found.labels, static_cast<std::uint8_t>(label)));
+  if (counts.floor > 0) scores[Quantity::floor_as_obstacle] = counts.share();
+}
+
+void set_hoover(Scores& scores, const eval::HooverMetrics& metrics) {
+  using enum Quantity;
+  scores[hoover_regions] = metrics.true_regions;
+  scores[hoover_predicted] = metrics.predicted;
+  scores[hoover_correct] = metrics.correct;
+  scores[hoover_over] = metrics.over_segmented;
+  scores[hoover_under] = metrics.under_segmented;
+  scores[hoover_missed] = metrics.missed;
+  scores[hoover_noise] = metrics.noise;
+}
+
+/// Regions against those of gt_seg.png, or else against planes. What was asked for one plane is not judged by all.
+void score_regions(Row& row, const HooverRequest& request, const io::Frame& frame, io::Truth truth, const SegmentOptions& options,
+                   const Segmentation& segmentation) {
+  const bool of_planes = truth == io::Truth::planes && frame.labels;
+  const bool wanted = request.asked ? frame.regions || of_planes : request.curve && frame.regions;
+  if (!wanted || with_defaults(options, segmentation.method).max_planes == 1) return;
+  const io::LabelImage& regions = frame.regions ? *frame.regions : *frame.labels;
+  std::vector<double> tolerances{request.tolerance};
+  for (int percent = kHooverCurveFrom_percent; request.curve && percent <= kHooverCurveTo_percent; ++percent) {
+    tolerances.push_back(percent / 100.0);
+  }
+  const eval::HooverOptions how{.truth = frame.regions ? eval::TrueRegions::segcomp : eval::TrueRegions::labels};
+  std::vector<eval::HooverMetrics> metrics =
+      unwrap(eval::hoover(regions.pixels, segmentation.labels, regions.width, tolerances, how));
+  if (metrics.front().true_regions == 0) return;  // nothing that could be found
+  set_hoover(row.scores, metrics.front());
+  row.hoover_curve.assign(metrics.begin() + 1, metrics.end());
+}
+
+/// What follows from other quantities, of a scene as of means.
+void set_derived(Scores& scores) {
+  const double regions = scores[Quantity::hoover_regions].value_or(0.0);
+  if (regions > 0.0) scores[Quantity::hoover_correct_share] = scores[Quantity::hoover_correct].value_or(0.0) / regions;
   const double ms = scores[Quantity::median_ms].value_or(0.0);
   scores[Quantity::fps] = ms > 0.0 ? std::optional(1e3 / ms) : std::nullopt;
 }
 
 Row mean_of(const std::string& dataset, Method method, const std::vector<const Row*>& rows) {
-  Row mean{dataset, "mean", method, {}, {}};
+  Row mean{dataset, "mean", method, {}, {}, {}};
   for (std::size_t q = 0; q < kQuantityCount; ++q) {
     double sum = 0.0;
     double count = 0.0;
@@ -129,7 +171,7 @@ Row mean_of(const std::string& dataset, Method method, const std::vector<const R
   for (const Row* row : rows) {
     for (std::size_t s = 0; s < kStages; ++s) mean.stage_ms[s] += row->stage_ms[s] / static_cast<double>(rows.size());
   }
-  set_fps(mean.scores);
+  set_derived(mean.scores);
   return mean;
 }
 
@@ -172,14 +214,16 @@ Row evaluate_frame(const Runs& runs, Method method, const std::string& dataset, 
       throw Failure(fmt::format("{}: {}: {}", dataset, frame.name, status.error().message));
     }
   }
-  Row row{dataset, frame.name, method, {}, {}};
+  Row row{dataset, frame.name, method, {}, {}, {}};
   if (truth != io::Truth::none && frame.labels) row.scores = score(frame, truth, options, segmentation);
   row.scores[Quantity::planes] = static_cast<double>(segmentation.planes.size());
   row.scores[Quantity::median_ms] = median(times.total_ms);
-  set_fps(row.scores);
+  score_regions(row, runs.hoover, frame, truth, options, segmentation);
+  set_derived(row.scores);
   for (std::size_t s = 0; s < kStages; ++s) row.stage_ms[s] = median(times.stage_ms[s]);
   if (runs.obstacles.asked) row.scores[Quantity::objects_median_ms] = median(times.obstacles_ms);
   if (runs.obstacles.asked && frame.objects) score_objects(row.scores, frame, work.found);
+  if (runs.obstacles.asked && frame.labels) score_floor(row.scores, frame, truth, work.found);
   return row;
 }
 

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "fransac/eval/hoover.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/planes/segment.hpp"
 #include "options.hpp"
@@ -58,7 +59,16 @@ enum class Quantity {
   objects_over,
   objects_under,
   objects_false,
+  floor_as_obstacle,
   objects_median_ms,
+  hoover_regions,
+  hoover_predicted,
+  hoover_correct,
+  hoover_correct_share,
+  hoover_over,
+  hoover_under,
+  hoover_missed,
+  hoover_noise,
 };
 
 struct QuantityInfo {
@@ -69,6 +79,7 @@ struct QuantityInfo {
 };
 
 inline constexpr std::string_view kObjects = "objects";
+inline constexpr std::string_view kHoover = "hoover";
 
 inline constexpr QuantityInfo kQuantities[] = {
     {"precision", "precision", 4},
@@ -109,10 +120,19 @@ inline constexpr QuantityInfo kQuantities[] = {
     {"over_segmentation", "over", 4, kObjects},
     {"under_segmentation", "under", 4, kObjects},
     {"false", "false", 1, kObjects},
+    {"floor_as_obstacle", "floor as obstacle", 5, kObjects},
     {"median_ms", "obstacles [ms]", 3, kObjects},
+    {"regions", "regions", 1, kHoover},
+    {"predicted", "", 1, kHoover},
+    {"correct", "correct", 1, kHoover},
+    {"correct_share", "correct share", 4, kHoover},
+    {"over_segmented", "over-seg.", 1, kHoover},
+    {"under_segmented", "under-seg.", 1, kHoover},
+    {"missed", "missed", 1, kHoover},
+    {"noise", "noise", 1, kHoover},
 };
 inline constexpr std::size_t kQuantityCount = std::size(kQuantities);
-static_assert(kQuantityCount == static_cast<std::size_t>(Quantity::objects_median_ms) + 1);
+static_assert(kQuantityCount == static_cast<std::size_t>(Quantity::hoover_noise) + 1);
 
 constexpr const QuantityInfo& info_of(Quantity quantity) { return kQuantities[static_cast<std::size_t>(quantity)]; }
 
@@ -129,7 +149,13 @@ struct Row {
   Method method = Method::automatic;
   Scores scores;
   std::array<double, kStages> stage_ms{};  ///< Medians over the runs.
+  std::vector<eval::HooverMetrics> hoover_curve{};  ///< Over kHooverCurve, where that is asked for and there are true regions.
 };
+
+/// The tolerances of a curve.
+inline constexpr int kHooverCurveFrom_percent = 51;
+inline constexpr int kHooverCurveTo_percent = 95;
+
 
 /// The frames of a dataset; a camera chosen by the user stands for their own. Throws Failure; a point cloud is refused with
 /// `no_clouds` as the reason.
@@ -145,7 +171,8 @@ using FrameVisitor =
 /// Runs every method on every frame and scores what it found where there is truth. Throws Failure.
 void evaluate_dataset(const Runs& runs, const std::string& name, const io::Dataset& dataset, const FrameVisitor& visit);
 
-/// A row "mean" per dataset and method: of each quantity over the rows that have it; fps: of the mean time.
+/// A row "mean" per dataset and method: of each quantity over the rows that have it; fps: of the mean time; shares of regions: of
+/// all regions.
 std::vector<Row> means_of(const std::vector<std::string>& datasets, const std::vector<Method>& methods,
                           const std::vector<Row>& rows);
 

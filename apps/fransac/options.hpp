@@ -16,6 +16,7 @@
 
 #include "definition.hpp"
 #include "errors.hpp"
+#include "fransac/eval/hoover.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/options.hpp"
 #include "fransac/track/tracker.hpp"
@@ -81,6 +82,15 @@ struct ObstacleRequest {
   ObstacleOptions options;
 };
 
+/// Whether regions are classified in the manner of Hoover et al. (1996), and at which tolerance.
+struct HooverRequest {
+  bool asked = false;
+  double tolerance = eval::kHooverTolerance;
+  bool curve = false;  ///< At many tolerances, too; then of frames that have images of true regions, asked or not.
+};
+/// Adds "--hoover [TOLERANCE]". `request` must outlive the parsing.
+void add_hoover(CLI::App& app, HooverRequest& request);
+
 /// "auto", "floor", "table" or a plane's label.
 std::string support_text(const SupportChoice& support);
 /// The help's group of options that mean nothing without "--obstacles".
@@ -101,6 +111,7 @@ struct Runs {
   std::optional<std::filesystem::path> camera;  ///< For all frames, instead of their own.
   SegmentOptions options;                       ///< Of all methods; its own method means nothing.
   ObstacleRequest obstacles;
+  HooverRequest hoover;
 
   [[nodiscard]] SegmentOptions options_of(Method method) const;
 };

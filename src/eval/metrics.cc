@@ -41,11 +41,12 @@ struct Confusion {
   std::vector<Counts> pixels;  ///< [truth][predicted]
   Counts truth{};
   Counts predicted{};
+  Counts ignored{};  ///< Pixels of each predicted label that are not judged.
   std::uint64_t judged = 0;
 
   Confusion(std::span<const std::uint8_t> truth_labels, std::span<const std::uint8_t> predicted_labels) : pixels(kLabels) {
     for (std::size_t i = 0; i < truth_labels.size(); ++i) ++pixels[truth_labels[i]][predicted_labels[i]];
-    pixels[kLabelNoDepth].fill(0);
+    ignored = std::exchange(pixels[kLabelNoDepth], Counts{});
     for (std::size_t t = 0; t < kLabels; ++t) {
       for (std::size_t p = 0; p < kLabels; ++p) {
         truth[t] += pixels[t][p];
@@ -60,12 +61,23 @@ struct Confusion {
     const std::uint64_t both = pixels[t][p];
     return {both, predicted[p] - both, truth[t] - both};
   }
+
+  /// Whether predicted label `p` lies where it can be right or wrong, by half of its pixels or more.
+  [[nodiscard]] bool is_judged(std::size_t p) const { return predicted[p] > 0 && predicted[p] >= ignored[p]; }
+
+  [[nodiscard]] std::uint8_t first_judged() const {
+    for (std::size_t p = kLabelFirst; p < kLabelNoPlane; ++p) {
+      if (is_judged(p)) return static_cast<std::uint8_t>(p);
+    }
+    return kLabelFirst;
+  }
 };
 
 /// A plane or an object in an image.
 struct Region {
   std::size_t label = 0;
   std::uint64_t pixels = 0;
+  bool can_be_false = true;  ///< A predicted one: not mostly where nobody can judge.
 };
 
 /// Two regions, by index, and what they have in common.
@@ -112,6 +124,7 @@ std::vector<Region> planes_of(const Counts& counts, std::uint64_t judged, double
 Overlaps overlaps_of(const Confusion& confusion, double min_share) {
   std::vector<Region> truth = planes_of(confusion.truth, confusion.judged, min_share);
   std::vector<Region> predicted = planes_of(confusion.predicted, confusion.judged, min_share);
+  for (Region& plane : predicted) plane.can_be_false = confusion.is_judged(plane.label);
   std::vector<Pair> pairs;
   for (std::size_t t = 0; t < truth.size(); ++t) {
     for (std::size_t p = 0; p < predicted.size(); ++p) {
@@ -174,7 +187,10 @@ InstanceMetrics::AtIou match(const Overlaps& overlaps, double threshold) {
     iou_sum += pair.iou;
     ++at.matched;
   }
-  at.precision = ratio(at.matched, overlaps.predicted.size());
+  for (std::size_t p = 0; p < overlaps.predicted.size(); ++p) {
+    if (!predicted_used[p] && overlaps.predicted[p].can_be_false) ++at.false_positives;
+  }
+  at.precision = ratio(at.matched, at.matched + at.false_positives);
   at.recall = ratio(at.matched, overlaps.truth.size());
   at.f1 = harmonic_mean(at.precision, at.recall);
   at.mean_iou = ratio(iou_sum, at.matched);
@@ -284,10 +300,15 @@ double Detection::precision() const { return ratio(true_positives, true_positive
 double Detection::recall() const { return ratio(true_positives, true_positives + false_negatives); }
 double Detection::f1() const { return harmonic_mean(precision(), recall()); }
 
+Result<std::uint8_t> first_judged_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted) {
+  return compare<std::uint8_t>(truth, predicted, [](const Confusion& confusion) { return confusion.first_judged(); });
+}
+
 Result<Detection> dominant_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
-                                 std::uint8_t predicted_label) {
-  return compare<Detection>(truth, predicted,
-                            [&](const Confusion& confusion) { return confusion.detection(kLabelFirst, predicted_label); });
+                                 std::optional<std::uint8_t> predicted_label) {
+  return compare<Detection>(truth, predicted, [&](const Confusion& confusion) {
+    return confusion.detection(kLabelFirst, predicted_label.value_or(confusion.first_judged()));
+  });
 }
 
 Result<BestDetection> best_overlap(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted) {
@@ -301,11 +322,12 @@ Result<BestDetection> best_overlap(std::span<const std::uint8_t> truth, std::spa
 }
 
 Result<MatchedDetection> matched_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
-                                       std::uint8_t predicted_label) {
+                                       std::optional<std::uint8_t> predicted_label) {
   return compare<MatchedDetection>(truth, predicted, [&](const Confusion& confusion) {
-    MatchedDetection best{{0, confusion.predicted[predicted_label], 0}, 0};
+    const std::uint8_t label = predicted_label.value_or(confusion.first_judged());
+    MatchedDetection best{{0, confusion.predicted[label], 0}, 0};
     for (std::size_t t = kLabelFirst; t < kLabelNoPlane; ++t) {
-      const Detection detection = confusion.detection(t, predicted_label);
+      const Detection detection = confusion.detection(t, label);
       if (detection.f1() > best.detection.f1()) best = {detection, static_cast<std::uint8_t>(t)};
     }
     return best;
@@ -324,7 +346,7 @@ Result<InstanceMetrics> instance_metrics(std::span<const std::uint8_t> truth, st
     metrics.predicted_planes = static_cast<int>(overlaps.predicted.size());
     add_matches(overlaps, metrics);
     metrics.missed = ratio(metrics.true_planes - metrics.at50.matched, metrics.true_planes);
-    metrics.noise = ratio(metrics.predicted_planes - metrics.at50.matched, metrics.predicted_planes);
+    metrics.noise = ratio(metrics.at50.false_positives, metrics.at50.matched + metrics.at50.false_positives);
     metrics.weighted_iou = weighted_iou(overlaps);
     metrics.plane_pixel_f1 = plane_pixel_f1(confusion);
     return metrics;
@@ -339,6 +361,20 @@ Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::
 Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
                                      std::span<const std::uint16_t> depth) {
   return compare_objects(truth, predicted, depth);
+}
+
+double FloorAsObstacle::share() const { return ratio(obstacle, floor); }
+
+Result<FloorAsObstacle> floor_as_obstacle(std::span<const std::uint8_t> truth, std::span<const std::uint16_t> obstacles,
+                                          std::uint8_t floor_label) {
+  if (const Status status = check_sizes(truth.size(), obstacles.size()); !status) return status.error();
+  FloorAsObstacle counts;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (truth[i] != floor_label) continue;
+    ++counts.floor;
+    if (obstacles[i] != 0) ++counts.obstacle;
+  }
+  return counts;
 }
 
 PlaneError plane_error(const Plane& truth, const Plane& predicted) {

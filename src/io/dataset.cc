@@ -48,6 +48,7 @@ FrameFiles frame_in(const fs::path& folder, const fs::path& depth, std::string n
   frame.colour = colour_in(folder);
   frame.labels = if_file(folder / "labels.png");
   frame.objects = if_file(folder / "objects.png");
+  frame.regions = if_file(folder / "gt_seg.png");
   frame.truth = if_file(folder / "truth.json");
   frame.camera_file = if_file(folder / "camera.json");
   return frame;
@@ -72,6 +73,7 @@ FrameFiles frame_among_many(const fs::path& depth, const std::optional<fs::path>
 struct DatasetJson {
   Truth truth = Truth::none;
   std::string sensor;
+  std::optional<int> floor;
 };
 
 Result<std::string> string_field(const nlohmann::json& object, const char* field, const char* otherwise,
@@ -95,7 +97,13 @@ Result<DatasetJson> read_dataset_json(const fs::path& file) {
   const auto* const known =
       std::find_if(kTruthNames.begin(), kTruthNames.end(), [&](const auto& entry) { return entry.second == *truth; });
   if (known == kTruthNames.end()) return field_error(name, "truth", R"(must be "none", "dominant" or "planes")");
-  return DatasetJson{known->first, *std::move(sensor)};
+  DatasetJson json{known->first, *std::move(sensor), {}};
+  if (object->contains("floor")) {
+    const Result<int> floor = label_field(*object, "floor", "floor", name);
+    if (!floor) return floor.error();
+    json.floor = *floor;
+  }
+  return json;
 }
 
 /// Truth and sensor from the first dataset.json among `folders`; without one, labels are taken for all planes.
@@ -106,6 +114,7 @@ Status describe(Dataset& dataset, std::initializer_list<fs::path> folders) {
     if (!json) return json.error();
     dataset.truth = json->truth;
     dataset.sensor = std::move(json->sensor);
+    for (FrameFiles& frame : dataset.frames) frame.floor = json->floor;
     return {};
   }
   const bool labelled =

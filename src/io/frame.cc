@@ -56,9 +56,10 @@ Status load_truth(const FrameFiles& files, Frame& frame) {
   if (!files.truth) return {};
   const Result<std::vector<std::byte>> bytes = read_file(*files.truth, kMaxTruthBytes);
   if (!bytes) return bytes.error();
-  Result<LabelledPlanes> planes = parse_truth_json(as_text(*bytes), files.truth->string());
-  if (!planes) return planes.error();
-  frame.true_planes = *std::move(planes);
+  Result<TruthJson> truth = parse_truth_json(as_text(*bytes), files.truth->string());
+  if (!truth) return truth.error();
+  frame.true_planes = std::move(truth->planes);
+  if (truth->floor) frame.floor = truth->floor;
   return {};
 }
 
@@ -93,7 +94,7 @@ Status write_frame_files(const fs::path& folder, const FrameToWrite& frame) {
   if (frame.colour) {
     if (Status status = write_png(folder / "rgb.png", *frame.colour); !status) return status;
   }
-  if (frame.true_planes.empty() && frame.true_objects.empty() && !frame.T_world_camera) return {};
+  if (frame.true_planes.empty() && frame.true_objects.empty() && !frame.floor && !frame.T_world_camera) return {};
   return write_file(folder / "truth.json", truth_to_json(frame));
 }
 
@@ -105,9 +106,10 @@ Result<Frame> load_frame(const FrameFiles& files, const std::optional<fs::path>&
     if (!depth) return depth.error();
     const Result<Camera> camera = camera_of(files, camera_file, *depth);
     if (!camera) return camera.error();
-    Frame frame{files.name, *camera, *std::move(depth), std::nullopt, std::nullopt, {}};
+    Frame frame{files.name, *camera, *std::move(depth), std::nullopt, std::nullopt, std::nullopt, {}, files.floor};
     Status status = load_image(files.labels, &read_label_png, files, frame.depth, frame.labels);
     if (status) status = load_image(files.objects, &read_object_png, files, frame.depth, frame.objects);
+    if (status) status = load_image(files.regions, &read_label_png, files, frame.depth, frame.regions);
     if (status) status = load_truth(files, frame);
     if (!status) return status.error();
     return frame;

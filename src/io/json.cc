@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "fransac/core/labels.hpp"
+
 namespace fransac::io {
 namespace {
 
@@ -57,6 +59,12 @@ Result<int> whole_field(const nlohmann::json& object, const char* field, const s
   if (!value) return value.error();
   if (*value != std::trunc(*value)) return field_error(name, label, "must be a whole number");
   return static_cast<int>(std::clamp(*value, 0.0, max + 1.0));
+}
+
+Result<int> label_field(const nlohmann::json& object, const char* field, const std::string& label, const std::string& name) {
+  Result<int> value = whole_field(object, field, label, kMaxPlanes, name);
+  if (value && (*value < kLabelFirst || *value > kMaxPlanes)) return field_error(name, label, "must be between 1 and 254");
+  return value;
 }
 
 std::string to_text(const nlohmann::ordered_json& value) { return value.dump(1) + "\n"; }

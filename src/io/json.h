@@ -24,6 +24,8 @@ Result<double> number_field(const nlohmann::json& object, const char* field, con
 /// The same for a number of at most `max` that must be whole. Values outside [0, max] become 0 or max + 1.
 Result<int> whole_field(const nlohmann::json& object, const char* field, const std::string& label, int max,
                         const std::string& name);
+/// The same for a plane's label, 1 to 254.
+Result<int> label_field(const nlohmann::json& object, const char* field, const std::string& label, const std::string& name);
 
 /// Text with a final newline. Throws when a string in it is not UTF-8.
 std::string to_text(const nlohmann::ordered_json& value);

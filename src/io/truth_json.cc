@@ -25,9 +25,8 @@ Result<Eigen::Vector3d> parse_normal(const json& object, const std::string& labe
 
 Result<std::pair<int, Plane>> parse_plane(const json& object, const std::string& field, const std::string& name) {
   if (!object.is_object()) return field_error(name, field, "must be an object");
-  const Result<int> label = whole_field(object, "label", field + ".label", kMaxPlanes, name);
+  const Result<int> label = label_field(object, "label", field + ".label", name);
   if (!label) return label.error();
-  if (*label < kLabelFirst || *label > kMaxPlanes) return field_error(name, field + ".label", "must be between 1 and 254");
   const Result<Eigen::Vector3d> normal = parse_normal(object, field + ".normal", name);
   if (!normal) return normal.error();
   const Result<double> d = number_field(object, "d", field + ".d", name);
@@ -69,13 +68,14 @@ ordered_json object_json(const TrueObject& object, const FrameToWrite& frame) {
 
 }  // namespace
 
-Result<LabelledPlanes> parse_truth_json(std::string_view text, const std::string& name) {
+Result<TruthJson> parse_truth_json(std::string_view text, const std::string& name) {
   const Result<json> object = parse_json_object(text, name);
   if (!object) return object.error();
   const auto list = object->find("planes");
   if (list == object->end()) return field_error(name, "planes", "is missing");
   if (!list->is_array()) return field_error(name, "planes", "must be an array");
-  LabelledPlanes planes;
+  TruthJson truth;
+  LabelledPlanes& planes = truth.planes;
   for (std::size_t i = 0; i < list->size(); ++i) {
     const std::string field = "planes[" + std::to_string(i) + "]";
     const Result<std::pair<int, Plane>> plane = parse_plane((*list)[i], field, name);
@@ -84,13 +84,23 @@ Result<LabelledPlanes> parse_truth_json(std::string_view text, const std::string
     if (std::any_of(planes.begin(), planes.end(), same_label)) return field_error(name, field + ".label", "appears twice");
     planes.push_back(*plane);
   }
-  return planes;
+  const auto floor = object->find("floor");
+  if (floor == object->end()) return truth;
+  if (floor->is_null()) {
+    truth.floor = kLabelNoDepth;
+    return truth;
+  }
+  const Result<int> label = label_field(*object, "floor", "floor", name);
+  if (!label) return label.error();
+  truth.floor = *label;
+  return truth;
 }
 
 std::string truth_to_json(const FrameToWrite& frame) {
   const auto counts = frame.labels ? std::optional(count_labels(frame.depth, *frame.labels)) : std::nullopt;
   ordered_json object{{"labels_hold_for", frame.label_scope == LabelScope::sequence ? "sequence" : "frame"}};
   if (frame.T_world_camera) object["pose"] = pose_json(*frame.T_world_camera);
+  if (frame.floor) object["floor"] = *frame.floor == 0 ? ordered_json() : ordered_json(*frame.floor);
   object["planes"] = json::array();
   for (const auto& [label, plane] : frame.true_planes) {
     ordered_json entry{{"label", label}};

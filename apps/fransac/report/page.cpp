@@ -20,11 +20,13 @@ namespace {
 constexpr Quantity kShown[] = {
     Quantity::precision,      Quantity::recall,         Quantity::f1,           Quantity::best_f1,   Quantity::matched_f1,
     Quantity::instance_f1_50, Quantity::instance_f1_75, Quantity::weighted_iou, Quantity::angle_deg, Quantity::offset_m,
-    Quantity::planes,         Quantity::median_ms,      Quantity::fps};
+    Quantity::hoover_regions, Quantity::hoover_correct, Quantity::hoover_over,  Quantity::hoover_under, Quantity::hoover_missed,
+    Quantity::hoover_noise,   Quantity::planes,         Quantity::median_ms,    Quantity::fps};
 /// The paper's tables and figure 4, scene by scene; instance metrics besides.
 constexpr Quantity kPerScene[] = {
     Quantity::fps,     Quantity::median_ms,  Quantity::precision,      Quantity::recall,         Quantity::f1,
-    Quantity::best_f1, Quantity::matched_f1, Quantity::instance_f1_50, Quantity::instance_f1_75, Quantity::weighted_iou};
+    Quantity::best_f1, Quantity::matched_f1, Quantity::instance_f1_50, Quantity::instance_f1_75, Quantity::weighted_iou,
+    Quantity::hoover_correct, Quantity::hoover_noise};
 
 constexpr const char* kOpen = " open=\"open\"";
 
@@ -47,8 +49,14 @@ bool present(const std::vector<Row>& rows, Quantity quantity) {
 
 /// Which of the rows have the best of a quantity, as it is shown; none where nothing is better than anything.
 std::vector<bool> best_of(const std::vector<Row>& rows, Quantity quantity) {
-  if (quantity == Quantity::planes) return std::vector<bool>(rows.size(), false);
-  const bool small = quantity == Quantity::median_ms || quantity == Quantity::angle_deg || quantity == Quantity::offset_m;
+  constexpr Quantity kNeither[] = {Quantity::planes, Quantity::hoover_regions};
+  constexpr Quantity kSmall[] = {Quantity::median_ms,    Quantity::angle_deg,     Quantity::offset_m,    Quantity::hoover_over,
+                                 Quantity::hoover_under, Quantity::hoover_missed, Quantity::hoover_noise};
+  const auto is_of = [&](const auto& quantities) {
+    return std::find(std::begin(quantities), std::end(quantities), quantity) != std::end(quantities);
+  };
+  if (is_of(kNeither)) return std::vector<bool>(rows.size(), false);
+  const bool small = is_of(kSmall);
   const Row* best = nullptr;
   for (const Row& row : rows) {
     const auto& value = row.scores[quantity];
@@ -169,12 +177,51 @@ std::string stage_plot(const DatasetReport& dataset) {
                      stacked_bars(title, {"milliseconds", false, 2}, method_names(dataset.means), stages));
 }
 
+/// Means over the scenes that have true regions, one curve per method that was asked for all planes.
+std::vector<Curve> hoover_curves(const DatasetReport& dataset, int eval::HooverMetrics::*count) {
+  std::vector<Curve> curves;
+  const std::vector<std::string> methods = method_names(dataset.means);
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    Curve curve{methods[m], {}};
+    double scenes = 0.0;
+    for (const Scene& scene : dataset.scenes) {
+      const std::vector<eval::HooverMetrics>& of_scene = scene.rows[m].hoover_curve;
+      if (of_scene.empty()) continue;
+      ++scenes;
+      curve.points.resize(of_scene.size());
+      for (std::size_t i = 0; i < of_scene.size(); ++i) {
+        curve.points[i].x = of_scene[i].tolerance;
+        curve.points[i].y += of_scene[i].*count;
+      }
+    }
+    for (Dot& point : curve.points) point.y /= scenes;
+    if (!curve.points.empty()) curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
+std::string hoover_plots(const DatasetReport& dataset) {
+  if (!present(dataset.means, Quantity::hoover_regions)) return "";
+  const double regions = std::find_if(dataset.means.begin(), dataset.means.end(), [](const Row& row) {
+                           return row.scores[Quantity::hoover_regions].has_value();
+                         })->scores[Quantity::hoover_regions].value_or(0.0);
+  const auto plot = [&](const std::string& title, const std::string& note, int eval::HooverMetrics::*count) {
+    return plot_figure(title, note,
+                       curve_plot(title, {"tolerance", false, 2}, {"regions a scene", false, 2}, hoover_curves(dataset, count)));
+  };
+  return plot("Correct regions over tolerance",
+              fmt::format("As Hoover et al. (1996) classify them; means over the scenes, of {:.1f} true regions.", regions),
+              &eval::HooverMetrics::correct) +
+         plot("Noise regions over tolerance", "Found, and neither correct nor part of an over- or under-segmentation.",
+              &eval::HooverMetrics::noise);
+}
+
 bool judged(const DatasetReport& dataset) { return present(dataset.means, Quantity::f1); }
 
 std::string plots(const DatasetReport& dataset) {
   std::string html = "<div class=\"plots\">\n" + fps_plot(dataset);
   if (judged(dataset)) html += accuracy_bars(dataset) + accuracy_against_speed(dataset);
-  return html + stage_plot(dataset) + "</div>\n";
+  return html + hoover_plots(dataset) + stage_plot(dataset) + "</div>\n";
 }
 
 /// Under the depth picture: which colour is how far.
@@ -284,7 +331,7 @@ std::string dataset_section(const DatasetReport& dataset, const Report& report, 
                           : "Planes are coloured in each method's order. Grey is on no plane.";
   html += " Black is without depth.</p>\n";
   if (judged(dataset))
-    html += "<p class=\"note\">Differences show the first plane of each method against the dominant true plane:</p>\n" +
+    html += "<p class=\"note\">Differences show the first plane of each method that can be judged against the dominant true plane:</p>\n" +
             difference_legend();
   for (std::size_t i = 0; i < dataset.scenes.size(); ++i) {
     html += scene_section(dataset.scenes[i], fmt::format("dataset{}-scene{}", number, i + 1), i < report.open_scenes);

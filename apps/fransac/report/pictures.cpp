@@ -12,6 +12,7 @@
 #include "../errors.hpp"
 #include "fransac/core/labels.hpp"
 #include "fransac/core/point_cloud.hpp"
+#include "fransac/eval/metrics.hpp"
 #include "fransac/filter/deproject.hpp"
 
 namespace fransac::cli::report {
@@ -206,10 +207,11 @@ io::ColourImage cloud_picture(const DepthView& depth, const Camera& camera, std:
 
 io::ColourImage difference_picture(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted, int width) {
   io::ColourImage image = filled(width, static_cast<int>(truth.size()) / width, kNothingColour);
+  const std::uint8_t first = unwrap(eval::first_judged_plane(truth, predicted));
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (truth[i] == kLabelNoDepth) continue;
     const bool on = truth[i] == kLabelFirst;
-    const bool found = predicted[i] == kLabelFirst;
+    const bool found = predicted[i] == first;
     put(image, i, on ? (found ? kHitColour : kMissedColour) : (found ? kFalseColour : kRestColour));
   }
   return image;

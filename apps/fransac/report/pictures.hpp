@@ -31,7 +31,7 @@ io::ColourImage depth_picture(const DepthView& depth, const io::DepthRange& rang
 /// Empty where nothing was measured.
 io::ColourImage cloud_picture(const DepthView& depth, const Camera& camera, std::span<const std::uint8_t> labels, int width);
 
-/// Where label 1 of the prediction and of the truth differ.
+/// Where the first judged plane of the prediction and label 1 of the truth differ.
 io::ColourImage difference_picture(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted, int width);
 
 /// The predicted labels, each renamed to the true plane that most of it lies on (every true plane once, the larger plane

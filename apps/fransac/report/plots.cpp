@@ -332,6 +332,38 @@ std::string scatter_plot(const std::string& title, const Axis& x, const Axis& y,
   return svg + "</svg>\n";
 }
 
+std::string curve_plot(const std::string& title, const Axis& x, const Axis& y, const std::vector<Curve>& curves) {
+  constexpr double kLeft = 58.0;
+  constexpr double kBottom = kHeight - 46.0;
+  constexpr double kRadius = 2.2;  // marks are close to each other
+  constexpr double kAir = 1.05;
+  constexpr double kLeast = 1e-6;  // a plot of nothing but zeros has a scale, too
+  Range wide{std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest()};
+  double highest = kLeast;
+  for (const Curve& curve : curves) {
+    for (const Dot& point : curve.points) {
+      wide = {std::min(wide.min, point.x), std::max(wide.max, point.x)};
+      highest = std::max(highest, kAir * point.y);
+    }
+  }
+  const Scale across(wide, kLeft, kRight, false);
+  const Scale up({0.0, highest}, kBottom, kTop + 10.0, false);
+  std::string svg = open_svg(title) + legend(names_of(curves), true) + y_axis(up, y.title, kLeft, kBottom);
+  svg += x_axis(across, x.title, kLeft, kBottom);
+  for (std::size_t c = 0; c < curves.size(); ++c) {
+    std::string path;
+    std::string marks;
+    for (const Dot& point : curves[c].points) {
+      path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", across(point.x), up(point.y));
+      marks += mark(across(point.x), up(point.y), kRadius, c,
+                    told(curves[c].name, fmt::format("{} {:.{}f}", x.title, point.x, x.decimals), point.y, y.decimals));
+    }
+    if (!path.empty()) svg += fmt::format("<path d=\"{}\" class=\"line {}\"/>\n", path, series_class(c));
+    svg += marks;
+  }
+  return svg + "</svg>\n";
+}
+
 std::string histogram(const std::string& title, const std::string& x, const std::string& counted,
                       const std::vector<double>& values, const std::vector<Mark>& marks) {
   constexpr double kLeft = 58.0;

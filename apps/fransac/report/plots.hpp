@@ -44,6 +44,14 @@ struct Cloud {
 /// y up to 1 against x; the scale of y begins below the lowest dot, not always at 0.
 std::string scatter_plot(const std::string& title, const Axis& x, const Axis& y, const std::vector<Cloud>& clouds);
 
+/// A named line through points, in their order.
+struct Curve {
+  std::string name;
+  std::vector<Dot> points;
+};
+/// y from 0 on against x.
+std::string curve_plot(const std::string& title, const Axis& x, const Axis& y, const std::vector<Curve>& curves);
+
 /// A value told by a line through a plot.
 struct Mark {
   std::string name;

@@ -23,10 +23,15 @@ struct Detection {
   [[nodiscard]] double f1() const;         ///< Harmonic mean; 0 when both are 0.
 };
 
-/// Compares predicted label `predicted_label` with truth label 1 over the pixels whose truth is not 0 (ignored).
-/// Both images have one label per pixel; sizes must be equal (invalid_argument).
+/// The first predicted plane that can be judged: the lowest label of 1 to 254 with at least half of its pixels where the truth is
+/// not 0 (ignored), and at least one; 1 when there is none. A plane that lies mostly where nobody can say what is there is neither
+/// right nor wrong. Both images have one label per pixel; sizes must be equal (invalid_argument).
+Result<std::uint8_t> first_judged_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted);
+
+/// Compares predicted label `predicted_label`, or where none is given the first judged plane, with truth label 1 over the pixels
+/// whose truth is not 0 (ignored). Both images have one label per pixel; sizes must be equal (invalid_argument).
 Result<Detection> dominant_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
-                                 std::uint8_t predicted_label = 1);
+                                 std::optional<std::uint8_t> predicted_label = std::nullopt);
 
 /// The same for the predicted plane that overlaps truth label 1 most (by intersection; ties: the lower label): fair where two
 /// planes are about equally large. The label itself is returned too; 0 when no predicted plane overlaps.
@@ -37,7 +42,7 @@ struct BestDetection {
 /// See BestDetection. Sizes must be equal (invalid_argument).
 Result<BestDetection> best_overlap(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted);
 
-/// The same turned round: one predicted plane against the true plane that it fits best, the label of 1 to 254 with the largest F1
+/// The same turned round: one predicted plane, the first judged one unless another is given, against the true plane that it fits best, the label of 1 to 254 with the largest F1
 /// over the judged pixels (ties: the lower label). Fair to a method whose first plane is another than the truth's first. The
 /// true plane's label is returned too; 0, with no true pixels, when the predicted plane overlaps none.
 struct MatchedDetection {
@@ -46,21 +51,22 @@ struct MatchedDetection {
 };
 /// See MatchedDetection. Sizes must be equal (invalid_argument).
 Result<MatchedDetection> matched_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
-                                       std::uint8_t predicted_label = 1);
+                                       std::optional<std::uint8_t> predicted_label = std::nullopt);
 
 /// Matches of predicted to true planes, in the manner of EVOPS (Kornilova et al., "EVOPS Benchmark: Evaluation of Plane
 /// Segmentation from RGBD and LiDAR Data", 2022) and Hoover et al. (1996).
 struct InstanceMetrics {
-  int true_planes = 0;       ///< Those that are judged.
+  int true_planes = 0;       ///< Those that are large enough.
   int predicted_planes = 0;  ///< Likewise.
   /// Counts of one-to-one matches.
   struct AtIou {
-    double threshold = 0.0;  ///< Least intersection over union of a match.
-    int matched = 0;         ///< Pairs.
-    double precision = 0.0;  ///< matched / predicted; 0 when nothing was predicted.
-    double recall = 0.0;     ///< matched / true; 0 when nothing is true.
-    double f1 = 0.0;         ///< Harmonic mean; 0 when both are 0.
-    double mean_iou = 0.0;   ///< Of the matched pairs; 0 without any.
+    double threshold = 0.0;   ///< Least intersection over union of a match.
+    int matched = 0;          ///< Pairs.
+    int false_positives = 0;  ///< Predicted ones without a match; of planes only those that are judged (first_judged_plane).
+    double precision = 0.0;   ///< matched / (matched + false positives); 0 when there are none.
+    double recall = 0.0;      ///< matched / true; 0 when nothing is true.
+    double f1 = 0.0;          ///< Harmonic mean; 0 when both are 0.
+    double mean_iou = 0.0;    ///< Of the matched pairs; 0 without any.
   };
   AtIou at50;                       ///< IoU >= 0.5
   AtIou at75;                       ///< IoU >= 0.75
@@ -68,7 +74,7 @@ struct InstanceMetrics {
                                     ///< most of the true plane).
   double over_segmentation = 0.0;   ///< Share of the true planes that are covered by two or more predicted planes.
   double missed = 0.0;              ///< Share of the true planes without a match at 0.5.
-  double noise = 0.0;               ///< Share of the predicted planes without a match at 0.5.
+  double noise = 0.0;               ///< 1 - precision at 0.5; 0 when no predicted plane counts.
   double weighted_iou = 0.0;        ///< Mean over true planes, weighted by pixels, of the best IoU with a predicted plane.
   double plane_pixel_f1 = 0.0;      ///< F1 of "on some plane" over the judged pixels.
 };
@@ -102,6 +108,18 @@ Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::
 /// The same where `depth`, 16-bit raw values, is not 0.
 Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
                                      std::span<const std::uint16_t> depth);
+
+/// How much of the floor is taken for an obstacle.
+struct FloorAsObstacle {
+  std::uint64_t floor = 0;     ///< Pixels of the true floor.
+  std::uint64_t obstacle = 0;  ///< Of these, pixels of an obstacle.
+
+  [[nodiscard]] double share() const;  ///< obstacle / floor; 0 without a floor.
+};
+/// Counts the pixels whose truth is `floor_label`, and those of them where `obstacles`, an image of obstacles' ids, is not 0. Both
+/// images have one value per pixel; sizes must be equal (invalid_argument).
+Result<FloorAsObstacle> floor_as_obstacle(std::span<const std::uint8_t> truth, std::span<const std::uint16_t> obstacles,
+                                          std::uint8_t floor_label = 1);
 
 /// Errors of a plane against its true coefficients.
 struct PlaneError {

@@ -47,10 +47,12 @@ struct FrameFiles {
   std::optional<std::filesystem::path> colour;       ///< JPEG or PNG.
   std::optional<std::filesystem::path> labels;       ///< 8-bit PNG.
   std::optional<std::filesystem::path> objects;      ///< objects.png, 8 or 16 bit.
+  std::optional<std::filesystem::path> regions;      ///< gt_seg.png, 8 bit: regions as Hoover et al. (1996) number them.
   std::optional<std::filesystem::path> truth;        ///< truth.json with plane coefficients.
   std::optional<std::filesystem::path> camera_file;  ///< camera.json.
   std::optional<Camera> camera;                      ///< Known without a file (TUM).
   std::optional<double> timestamp_s;                 ///< Of a sequence.
+  std::optional<int> floor;                          ///< The floor's label, where dataset.json tells it.
 };
 
 /// The frames of an input; nothing is loaded yet.
@@ -67,7 +69,7 @@ struct Dataset {
 /// intrinsics from camera.json beside it, else from the folder's name (freiburg1..3). A depth image that is named depth.png, in
 /// a folder of its own, has what lies beside it: its camera, colour and truth.
 /// What lies beside a single depth PNG is its own when it is named depth.png or is the folder's only depth PNG, else only
-/// the camera.json is. `truth` and `sensor` are from dataset.json in the folder, or above a single frame; without one,
+/// the camera.json is. `truth`, `sensor` and `floor` are from dataset.json in the folder, or above a single frame; without one,
 /// labels are taken for all planes.
 /// A folder without a frame is a no_data error; a depth.txt line that cannot be read is a format error naming file and line.
 Result<Dataset> list_frames(const std::filesystem::path& input);
@@ -79,14 +81,16 @@ struct Frame {
   DepthImage depth;                                ///< Raw units.
   std::optional<LabelImage> labels;                ///< True labels; 0 is not judged.
   std::optional<ObjectImage> objects;              ///< Ids of free-standing objects; 0: none, or not measured.
+  std::optional<LabelImage> regions;               ///< True regions as Hoover et al. (1996) number them: from 10 on.
   std::vector<std::pair<int, Plane>> true_planes;  ///< (label, plane) from truth.json, canonical sign.
+  std::optional<int> floor;                        ///< The floor's true label; 0: no floor is seen; nothing: nobody says.
 
   /// `depth` in the camera's units; valid while this is not changed.
   [[nodiscard]] DepthView view() const { return io::view(depth, camera.depth_scale); }
 };
 
-/// Loads depth, camera (`camera_file` overrides what the frame has; neither is an error that names both), labels, objects and
-/// truth. Camera, labels and objects must have the depth image's size.
+/// Loads depth, camera (`camera_file` overrides what the frame has; neither is an error that names both), labels, objects, regions
+/// and truth. Camera and images must have the depth image's size. `floor` is what truth.json says, else what dataset.json does.
 Result<Frame> load_frame(const FrameFiles& files, const std::optional<std::filesystem::path>& camera_file = std::nullopt);
 
 /// What labels mean the same in.
@@ -97,7 +101,7 @@ enum class LabelScope {
 
 /// Writes one frame folder in the frames format: depth.png, camera.json, and, where given, labels.png, objects.png, rgb.png, and
 /// truth.json: "labels_hold_for" "frame" or "sequence"; "pose" of the camera in the world, "translation" and "quaternion" (x, y,
-/// z, w); "planes"; "objects" with their id and box: centre, size, along, up, yaw_rad, and the support plane and the height range
+/// z, w); "floor", its label, or null where none is seen; "planes"; "objects" with their id and box: centre, size, along, up, yaw_rad, and the support plane and the height range
 /// above it (null where there is none).
 struct FrameToWrite {
   Camera camera;                                    ///< camera.json.
@@ -107,6 +111,7 @@ struct FrameToWrite {
   std::optional<ColourImage> colour;                ///< rgb.png.
   LabelScope label_scope = LabelScope::frame;       ///< What the labels mean the same in.
   std::vector<std::pair<int, Plane>> true_planes;   ///< (label, plane) in the camera's frame.
+  std::optional<int> floor;                         ///< The floor's label; 0: none is seen; nothing: truth.json does not say.
   std::vector<TrueObject> true_objects;             ///< In the camera's frame.
   std::optional<Eigen::Isometry3d> T_world_camera;  ///< p_world = T_world_camera * p_camera.
 };
