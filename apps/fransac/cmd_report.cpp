@@ -157,7 +157,8 @@ Command add_report(CLI::App& parent) {
       "is a sequence; any other holds scenes that have nothing to do with each other. A sequence is followed by cells, as\n"
       "`fransac track` does, and has a page of its own beside the first, DIR/sequenceN-NAME.html: pictures, planes and objects\n"
       "over time, times and the camera's path; methods are compared on {} of its frames at most, evenly chosen. Its frames\n"
-      "that cannot be used are skipped; broken scenes are errors. With --hoover, and where frames have a gt_seg.png, regions are\n"
+      "that cannot be used are skipped; broken scenes are errors. With --hoover, and where frames have a gt_seg.png, regions "
+      "are\n"
       "classified, at tolerances of {:.2f} to {:.2f} in curves; --planes all asks every method for all planes, which that needs.",
       report::kMostThumbnails, kHooverCurveFrom_percent / 100.0, kHooverCurveTo_percent / 100.0));
   return {app, [command] { run_report(*command); }};

@@ -56,7 +56,8 @@ void score_coefficients(Scores& scores, const io::Frame& frame, const Segmentati
   scores[Quantity::offset_m] = error.offset_m;
 }
 
-/// The first judged plane against the true plane that it fits best. Where the truth is the dominant plane alone, that is the only one.
+/// The first judged plane against the true plane that it fits best. Where the truth is the dominant plane alone, that is the only
+/// one.
 eval::Detection matched_of(const std::vector<std::uint8_t>& true_labels, const std::vector<std::uint8_t>& labels, io::Truth truth,
                            const eval::Detection& dominant) {
   return truth == io::Truth::planes ? unwrap(eval::matched_plane(true_labels, labels)).detection : dominant;
@@ -114,8 +115,7 @@ void score_objects(Scores& scores, const io::Frame& frame, const Obstacles& foun
 void score_floor(Scores& scores, const io::Frame& frame, io::Truth truth, const Obstacles& found) {
   const int label = frame.floor.value_or(truth == io::Truth::planes ? kLabelFirst : kLabelNoDepth);
   if (label == kLabelNoDepth) return;
-  const auto counts =
-      unwrap(eval::floor_as_obstacle(frame.labels->pixels, found.labels, static_cast<std::uint8_t>(label)));
+  const auto counts = unwrap(eval::floor_as_obstacle(frame.labels->pixels, found.labels, static_cast<std::uint8_t>(label)));
   if (counts.floor > 0) scores[Quantity::floor_as_obstacle] = counts.share();
 }
 

@@ -148,14 +148,13 @@ struct Row {
   std::string scene;
   Method method = Method::automatic;
   Scores scores;
-  std::array<double, kStages> stage_ms{};  ///< Medians over the runs.
+  std::array<double, kStages> stage_ms{};           ///< Medians over the runs.
   std::vector<eval::HooverMetrics> hoover_curve{};  ///< Over kHooverCurve, where that is asked for and there are true regions.
 };
 
 /// The tolerances of a curve.
 inline constexpr int kHooverCurveFrom_percent = 51;
 inline constexpr int kHooverCurveTo_percent = 95;
-
 
 /// The frames of a dataset; a camera chosen by the user stands for their own. Throws Failure; a point cloud is refused with
 /// `no_clouds` as the reason.

@@ -380,10 +380,11 @@ void add_hoover(CLI::App& app, HooverRequest& request) {
       reject(flag, expected + " or nothing (name datasets before it)", text);
     }
   };
-  const std::string help = "classify regions as Hoover et al. (1996) do: correct, over-, under-segmented, missed, noise; TOLERANCE: share";
-  app.add_option_function<std::string>(flag, set,
-                                       fmt::format("{} of both regions that they must have in common [{}; default: {}]", help,
-                                                   expected, request.tolerance))
+  const std::string help =
+      "classify regions as Hoover et al. (1996) do: correct, over-, under-segmented, missed, noise; TOLERANCE: share";
+  app.add_option_function<std::string>(
+         flag, set,
+         fmt::format("{} of both regions that they must have in common [{}; default: {}]", help, expected, request.tolerance))
       ->type_name("[TOLERANCE]")
       ->expected(0, 1);
 }

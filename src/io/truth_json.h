@@ -23,8 +23,8 @@ struct TruthJson {
   std::optional<int> floor;  ///< Its label; 0: none is seen; nothing: it does not say.
 };
 
-/// Reads {"floor": label or null, "planes": [{"label", "normal": [3], "d"}, …]}; "floor" may be missing, the normals may have either
-/// sign. Other fields are ignored. May throw std::bad_alloc.
+/// Reads {"floor": label or null, "planes": [{"label", "normal": [3], "d"}, …]}; "floor" may be missing, the normals may have
+/// either sign. Other fields are ignored. May throw std::bad_alloc.
 Result<TruthJson> parse_truth_json(std::string_view text, const std::string& name);
 
 /// The same format and all else that is known of the frame; with labels also how many pixels of the depth image each label has.

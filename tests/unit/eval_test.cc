@@ -77,6 +77,38 @@ TEST(DominantPlane, DifferentSizesAreAnError) {
   EXPECT_FALSE(instance_metrics(mask("1"), mask("")));
 }
 
+TEST(FirstJudgedPlane, HasAtLeastHalfOfItsPixelsWhereTheTruthIsNotIgnored) {
+  const auto first = [](std::string_view truth, std::string_view predicted) {
+    return static_cast<int>(first_judged_plane(mask(truth), mask(predicted)).value());
+  };
+  EXPECT_EQ(first("1111 ???", "1111 111"), 1);
+  EXPECT_EQ(first("1111 ????", "1111 1111"), 1);    // exactly half
+  EXPECT_EQ(first("1111 ?????", "1111 11111"), 1);  // nothing else can be judged
+  EXPECT_EQ(first("1111 2222 ?????", "1111 3333 11111"), 3);
+  EXPECT_EQ(first("1111 .... ?????", "1111 3333 11111"), 3);  // judged, and wrong
+  EXPECT_EQ(first("1111 ?????", "3333 22222"), 3);            // plane 2 is on no judged pixel at all
+  EXPECT_EQ(first("1111", "...?"), 1);
+  EXPECT_FALSE(first_judged_plane(mask("11"), mask("1")));
+}
+
+TEST(FirstJudgedPlane, IsPlaneOneWhereNoneIsGiven) {
+  const Labels truth = mask("1111 2222 ?????");
+  const Labels predicted = mask("333. 1111 11111");
+  const auto dominant = dominant_plane(truth, predicted);
+  ASSERT_TRUE(dominant);
+  EXPECT_EQ(dominant->true_positives, 3U);
+  EXPECT_EQ(dominant->false_positives, 0U);
+  EXPECT_EQ(dominant->false_negatives, 1U);
+  const auto matched = matched_plane(truth, predicted);
+  ASSERT_TRUE(matched);
+  EXPECT_EQ(matched->label, 1);
+  EXPECT_EQ(matched->detection.true_positives, 3U);
+  const auto given = dominant_plane(truth, predicted, 1);
+  ASSERT_TRUE(given);
+  EXPECT_EQ(given->false_positives, 4U);
+  EXPECT_EQ(matched_plane(truth, predicted, 1)->label, 2);
+}
+
 TEST(BestOverlap, TakesThePlaneThatOverlapsMost) {
   const auto best = best_overlap(mask("111111 222222"), mask("133333 111111"));
   ASSERT_TRUE(best);
@@ -223,6 +255,31 @@ TEST(InstanceMetrics, ExactlyHalfIsAMatchButOnlyOneOfTwo) {
   EXPECT_DOUBLE_EQ(metrics->at50.precision, 0.5);
   EXPECT_DOUBLE_EQ(metrics->at50.recall, 1.0);
   EXPECT_EQ(metrics->over_segmentation, 1.0);
+}
+
+TEST(InstanceMetrics, APlaneOnIgnoredPixelsIsNotFalseButMayBeRight) {
+  // Plane 2 has 2 judged pixels, on no true plane, and 3 ignored ones. By half, it is judged.
+  const auto mostly = instance_metrics(mask("1111 .. ???"), mask("1111 22 222"));
+  ASSERT_TRUE(mostly);
+  EXPECT_EQ(mostly->predicted_planes, 2);
+  EXPECT_EQ(mostly->at50.matched, 1);
+  EXPECT_EQ(mostly->at50.false_positives, 0);
+  EXPECT_EQ(mostly->at50.precision, 1.0);
+  EXPECT_EQ(mostly->at75.f1, 1.0);
+  EXPECT_EQ(mostly->noise, 0.0);
+  const auto half = instance_metrics(mask("1111 .. ??"), mask("1111 22 22"));
+  ASSERT_TRUE(half);
+  EXPECT_EQ(half->at50.false_positives, 1);
+  EXPECT_EQ(half->at50.precision, 0.5);
+  EXPECT_EQ(half->noise, 0.5);
+  // Plane 2 lies mostly on ignored pixels and matches true plane 2 by 2/3: right at 0.5, not false at 0.75.
+  const auto right = instance_metrics(mask("1111 222 ????"), mask("1111 22. 2222"));
+  ASSERT_TRUE(right);
+  EXPECT_EQ(right->at50.matched, 2);
+  EXPECT_EQ(right->at50.precision, 1.0);
+  EXPECT_EQ(right->at75.matched, 1);
+  EXPECT_EQ(right->at75.precision, 1.0);
+  EXPECT_EQ(right->at75.recall, 0.5);
 }
 
 TEST(InstanceMetrics, UnderSegmentation) {
@@ -393,6 +450,25 @@ TEST(ObjectMetrics, DifferentSizesAreAnError) {
   ASSERT_FALSE(judged);
   EXPECT_EQ(judged.error().code, ErrorCode::invalid_argument);
   EXPECT_NE(judged.error().message.find("judged 2"), std::string::npos);
+}
+
+TEST(FloorAsObstacle, CountsTheFloorsPixelsThatAreOnAnyObstacle) {
+  const auto counts = floor_as_obstacle(mask("1111 2222 .. ??"), objects("a..b aaaa cc aa"));
+  ASSERT_TRUE(counts);
+  EXPECT_EQ(counts->floor, 4U);
+  EXPECT_EQ(counts->obstacle, 2U);
+  EXPECT_EQ(counts->share(), 0.5);
+  EXPECT_EQ(floor_as_obstacle(mask("1111 2222"), objects("aaaa .b.."), 2)->share(), 0.25);
+}
+
+TEST(FloorAsObstacle, WithoutAFloorItIsNothing) {
+  const auto counts = floor_as_obstacle(mask("2222 .. ??"), objects("aaaa aa aa"));
+  ASSERT_TRUE(counts);
+  EXPECT_EQ(counts->floor, 0U);
+  EXPECT_EQ(counts->share(), 0.0);
+  const auto sizes = floor_as_obstacle(mask("11"), objects("a"));
+  ASSERT_FALSE(sizes);
+  EXPECT_EQ(sizes.error().code, ErrorCode::invalid_argument);
 }
 
 TEST(PlaneError, AngleAndOffset) {

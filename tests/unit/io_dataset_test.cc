@@ -272,6 +272,56 @@ TEST(Frame, ObjectsOfAnotherSizeOrKindAreAnErrorThatNamesThem) {
               AllOf(HasSubstr((folder / "objects.png").string()), HasSubstr("8-bit RGB PNG, not an image of object ids")));
 }
 
+TEST(Frame, RegionsLieInGtSegAndMayBeMissing) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_frame(folder.path(), whole_frame()).ok());
+  EXPECT_FALSE(load_frame(list_frames(folder.path())->frames[0])->regions.has_value());
+  const LabelImage regions{4, 3, 1, {0, 9, 10, 10, 11, 11, 8, 8, 255, 255, 10, 10}};
+  ASSERT_TRUE(write_png(folder / "gt_seg.png", regions).ok());
+  const FrameFiles files = list_frames(folder.path())->frames[0];
+  EXPECT_EQ(files.regions, folder / "gt_seg.png");
+  const auto frame = load_frame(files);
+  ASSERT_TRUE(frame.ok()) << frame.error().message;
+  EXPECT_EQ(frame->regions->pixels, regions.pixels);
+  ASSERT_TRUE(write_png(folder / "gt_seg.png", LabelImage{2, 1, 1, {0, 1}}).ok());
+  EXPECT_THAT(load_frame(files).error().message, AllOf(HasSubstr((folder / "gt_seg.png").string()), HasSubstr("2x1")));
+}
+
+TEST(Frame, TheFloorIsWhatTruthSaysElseTheDataset) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_frame(folder / "set/scene", whole_frame()).ok());
+  const auto floor = [&] { return load_frame(list_frames(folder / "set")->frames[0])->floor; };
+  EXPECT_EQ(floor(), std::nullopt);
+  folder.write("set/dataset.json", R"({"truth": "planes", "floor": 3})");
+  EXPECT_EQ(floor(), 3);
+  folder.write("set/scene/truth.json", R"({"planes": [], "floor": 254})");
+  EXPECT_EQ(floor(), 254);
+  folder.write("set/scene/truth.json", R"({"planes": [], "floor": null})");
+  EXPECT_EQ(floor(), 0);
+  folder.write("set/scene/truth.json", R"({"planes": []})");
+  EXPECT_EQ(floor(), 3);
+}
+
+TEST(Frame, TheFloorIsWrittenAndReadAgain) {
+  const TemporaryFolder folder;
+  FrameToWrite frame = whole_frame();
+  for (const std::optional<int> floor : {std::optional<int>(), std::optional<int>(0), std::optional<int>(7)}) {
+    frame.floor = floor;
+    ASSERT_TRUE(write_frame(folder.path(), frame).ok());
+    EXPECT_EQ(load_frame(list_frames(folder.path())->frames[0])->floor, floor);
+  }
+}
+
+TEST(Frame, AFloorThatIsNoLabelNamesFileAndField) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_frame(folder / "set/scene", whole_frame()).ok());
+  const auto truth = folder.write("set/scene/truth.json", R"({"planes": [], "floor": 255})");
+  EXPECT_EQ(load_frame(list_frames(folder / "set")->frames[0]).error().message,
+            truth.string() + ": field \"floor\" must be between 1 and 254");
+  const auto dataset = folder.write("set/dataset.json", R"({"truth": "planes", "floor": "floor"})");
+  EXPECT_EQ(list_frames(folder / "set").error().message, dataset.string() + ": field \"floor\" must be a number, not string");
+}
+
 TEST(DepthPng, TakesWhatLiesBesideIt) {
   const TemporaryFolder folder;
   ASSERT_TRUE(write_frame(folder / "set/scene", whole_frame()).ok());

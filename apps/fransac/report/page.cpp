@@ -18,15 +18,23 @@ namespace {
 
 /// What tables show, and in which order, of what there is.
 constexpr Quantity kShown[] = {
-    Quantity::precision,      Quantity::recall,         Quantity::f1,           Quantity::best_f1,   Quantity::matched_f1,
-    Quantity::instance_f1_50, Quantity::instance_f1_75, Quantity::weighted_iou, Quantity::angle_deg, Quantity::offset_m,
+    Quantity::precision,      Quantity::recall,         Quantity::f1,           Quantity::best_f1,      Quantity::matched_f1,
+    Quantity::instance_f1_50, Quantity::instance_f1_75, Quantity::weighted_iou, Quantity::angle_deg,    Quantity::offset_m,
     Quantity::hoover_regions, Quantity::hoover_correct, Quantity::hoover_over,  Quantity::hoover_under, Quantity::hoover_missed,
     Quantity::hoover_noise,   Quantity::planes,         Quantity::median_ms,    Quantity::fps};
 /// The paper's tables and figure 4, scene by scene; instance metrics besides.
-constexpr Quantity kPerScene[] = {
-    Quantity::fps,     Quantity::median_ms,  Quantity::precision,      Quantity::recall,         Quantity::f1,
-    Quantity::best_f1, Quantity::matched_f1, Quantity::instance_f1_50, Quantity::instance_f1_75, Quantity::weighted_iou,
-    Quantity::hoover_correct, Quantity::hoover_noise};
+constexpr Quantity kPerScene[] = {Quantity::fps,
+                                  Quantity::median_ms,
+                                  Quantity::precision,
+                                  Quantity::recall,
+                                  Quantity::f1,
+                                  Quantity::best_f1,
+                                  Quantity::matched_f1,
+                                  Quantity::instance_f1_50,
+                                  Quantity::instance_f1_75,
+                                  Quantity::weighted_iou,
+                                  Quantity::hoover_correct,
+                                  Quantity::hoover_noise};
 
 constexpr const char* kOpen = " open=\"open\"";
 
@@ -202,9 +210,10 @@ std::vector<Curve> hoover_curves(const DatasetReport& dataset, int eval::HooverM
 
 std::string hoover_plots(const DatasetReport& dataset) {
   if (!present(dataset.means, Quantity::hoover_regions)) return "";
-  const double regions = std::find_if(dataset.means.begin(), dataset.means.end(), [](const Row& row) {
-                           return row.scores[Quantity::hoover_regions].has_value();
-                         })->scores[Quantity::hoover_regions].value_or(0.0);
+  const double regions = std::find_if(dataset.means.begin(), dataset.means.end(),
+                                      [](const Row& row) { return row.scores[Quantity::hoover_regions].has_value(); })
+                             ->scores[Quantity::hoover_regions]
+                             .value_or(0.0);
   const auto plot = [&](const std::string& title, const std::string& note, int eval::HooverMetrics::*count) {
     return plot_figure(title, note,
                        curve_plot(title, {"tolerance", false, 2}, {"regions a scene", false, 2}, hoover_curves(dataset, count)));
@@ -331,8 +340,10 @@ std::string dataset_section(const DatasetReport& dataset, const Report& report, 
                           : "Planes are coloured in each method's order. Grey is on no plane.";
   html += " Black is without depth.</p>\n";
   if (judged(dataset))
-    html += "<p class=\"note\">Differences show the first plane of each method that can be judged against the dominant true plane:</p>\n" +
-            difference_legend();
+    html +=
+        "<p class=\"note\">Differences show the first plane of each method that can be judged against the dominant true "
+        "plane:</p>\n" +
+        difference_legend();
   for (std::size_t i = 0; i < dataset.scenes.size(); ++i) {
     html += scene_section(dataset.scenes[i], fmt::format("dataset{}-scene{}", number, i + 1), i < report.open_scenes);
   }

@@ -24,8 +24,8 @@ struct Detection {
 };
 
 /// The first predicted plane that can be judged: the lowest label of 1 to 254 with at least half of its pixels where the truth is
-/// not 0 (ignored), and at least one; 1 when there is none. A plane that lies mostly where nobody can say what is there is neither
-/// right nor wrong. Both images have one label per pixel; sizes must be equal (invalid_argument).
+/// not 0 (ignored), and at least one; 1 when there is none. A plane that lies mostly where nobody can say what is there is
+/// neither right nor wrong. Both images have one label per pixel; sizes must be equal (invalid_argument).
 Result<std::uint8_t> first_judged_plane(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted);
 
 /// Compares predicted label `predicted_label`, or where none is given the first judged plane, with truth label 1 over the pixels
@@ -42,9 +42,10 @@ struct BestDetection {
 /// See BestDetection. Sizes must be equal (invalid_argument).
 Result<BestDetection> best_overlap(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted);
 
-/// The same turned round: one predicted plane, the first judged one unless another is given, against the true plane that it fits best, the label of 1 to 254 with the largest F1
-/// over the judged pixels (ties: the lower label). Fair to a method whose first plane is another than the truth's first. The
-/// true plane's label is returned too; 0, with no true pixels, when the predicted plane overlaps none.
+/// The same turned round: one predicted plane, the first judged one unless another is given, against the true plane that it fits
+/// best, the label of 1 to 254 with the largest F1 over the judged pixels (ties: the lower label). Fair to a method whose first
+/// plane is another than the truth's first. The true plane's label is returned too; 0, with no true pixels, when the predicted
+/// plane overlaps none.
 struct MatchedDetection {
   Detection detection;     ///< Of that plane.
   std::uint8_t label = 0;  ///< Its true label, or 0.
@@ -116,8 +117,8 @@ struct FloorAsObstacle {
 
   [[nodiscard]] double share() const;  ///< obstacle / floor; 0 without a floor.
 };
-/// Counts the pixels whose truth is `floor_label`, and those of them where `obstacles`, an image of obstacles' ids, is not 0. Both
-/// images have one value per pixel; sizes must be equal (invalid_argument).
+/// Counts the pixels whose truth is `floor_label`, and those of them where `obstacles`, an image of obstacles' ids, is not 0.
+/// Both images have one value per pixel; sizes must be equal (invalid_argument).
 Result<FloorAsObstacle> floor_as_obstacle(std::span<const std::uint8_t> truth, std::span<const std::uint16_t> obstacles,
                                           std::uint8_t floor_label = 1);
 

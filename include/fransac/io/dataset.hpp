@@ -89,8 +89,9 @@ struct Frame {
   [[nodiscard]] DepthView view() const { return io::view(depth, camera.depth_scale); }
 };
 
-/// Loads depth, camera (`camera_file` overrides what the frame has; neither is an error that names both), labels, objects, regions
-/// and truth. Camera and images must have the depth image's size. `floor` is what truth.json says, else what dataset.json does.
+/// Loads depth, camera (`camera_file` overrides what the frame has; neither is an error that names both), labels, objects,
+/// regions and truth. Camera and images must have the depth image's size. `floor` is what truth.json says, else what dataset.json
+/// does.
 Result<Frame> load_frame(const FrameFiles& files, const std::optional<std::filesystem::path>& camera_file = std::nullopt);
 
 /// What labels mean the same in.
@@ -101,8 +102,8 @@ enum class LabelScope {
 
 /// Writes one frame folder in the frames format: depth.png, camera.json, and, where given, labels.png, objects.png, rgb.png, and
 /// truth.json: "labels_hold_for" "frame" or "sequence"; "pose" of the camera in the world, "translation" and "quaternion" (x, y,
-/// z, w); "floor", its label, or null where none is seen; "planes"; "objects" with their id and box: centre, size, along, up, yaw_rad, and the support plane and the height range
-/// above it (null where there is none).
+/// z, w); "floor", its label, or null where none is seen; "planes"; "objects" with their id and box: centre, size, along, up,
+/// yaw_rad, and the support plane and the height range above it (null where there is none).
 struct FrameToWrite {
   Camera camera;                                    ///< camera.json.
   DepthImage depth;                                 ///< depth.png, raw units.
