@@ -52,13 +52,14 @@ std::vector<std::string> scene_words() {
 
 std::string scene_list() { return joined(scene_words(), ", "); }
 
-/// The label of the floor: level and at the height that scenes are built from, z = 0; 0 when it is not seen.
+/// The label of the floor: the largest level plane near the height that scenes are built from, z = 0; 0 when none is seen.
 int floor_label(const synth::SynthFrame& frame) {
   constexpr double kRounding = 1e-6;
+  constexpr double kKerb_m = 0.2;  // of a street and its pavement the larger one
   for (const auto& [label, plane] : frame.true_planes) {
     const Eigen::Vector3d up = frame.T_world_camera.linear() * plane.normal;
     const double height_m = up.dot(frame.T_world_camera.translation()) - plane.d;
-    if (up.z() > 1.0 - kRounding && std::abs(height_m) < kRounding) return label;
+    if (up.z() > 1.0 - kRounding && std::abs(height_m) < kKerb_m) return label;
   }
   return 0;
 }

@@ -9,11 +9,13 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "commands.hpp"
 #include "errors.hpp"
 #include "fransac/planes/tuning.hpp"
 #include "fransac/version.hpp"
+#include "options.hpp"
 #include "output.hpp"
 
 namespace fransac::cli {
@@ -56,6 +58,19 @@ bool lists_constants(int argc, char** argv) {
 bool lists_constants(int /*argc*/, char** /*argv*/) { return false; }
 #endif
 
+/// The words of the command line, the last one first, as the parser takes them. After --hoover, whose value may be left out, the
+/// parser would take a dataset for the value: where no number follows, the default is put in.
+std::vector<std::string> words_to_parse(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const bool valued = i + 1 < words.size() && parse_number<double>(words[i + 1]);
+    if (words[i] == "--hoover" && !valued) words[i] += fmt::format("={}", HooverRequest{}.tolerance);
+    if (words[i] == "--") break;
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
+}
+
 void run(int argc, char** argv) {
   if (lists_constants(argc, argv)) return;
   CLI::App app("Planes in depth frames and point clouds.", "fransac");
@@ -67,7 +82,7 @@ void run(int argc, char** argv) {
                               add_bench(app),   add_synth(app), add_completion(app), add_man(app)};
   if (argc > 1) check_command(commands, argv[1]);
   try {
-    app.parse(argc, argv);
+    app.parse(words_to_parse(argc, argv));
   } catch (const CLI::ParseError& error) {
     return finish_parsing(app, error);
   }

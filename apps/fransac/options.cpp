@@ -371,22 +371,22 @@ void add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::st
 }
 
 void add_hoover(CLI::App& app, HooverRequest& request) {
-  const std::string flag = "--hoover";
-  const OptionInfo info{"", "", "", 0.5, 1.0, true};
+  const OptionInfo info{.name = "hoover",
+                        .unit = "",
+                        .help =
+                            "classify regions as Hoover et al. (1996) do: correct, over-, under-segmented, missed, noise; "
+                            "TOLERANCE is the share of each other that regions must hold",
+                        .min = 0.5,
+                        .max = 1.0,
+                        .open_min = true};
+  const std::string flag = fmt::format("--{}", info.name);
   const std::string expected = expected_text(info, request.tolerance);
-  const auto set = [&request, flag, info, expected](const std::string& text) {
+  const auto set = [&request, info, flag, expected](const std::string& text) {
     request.asked = true;
-    if (!text.empty() && !read_value(info, text, request.tolerance)) {
-      reject(flag, expected + " or nothing (name datasets before it)", text);
-    }
+    if (!read_value(info, text, request.tolerance)) reject(flag, expected, text);
   };
-  const std::string help =
-      "classify regions as Hoover et al. (1996) do: correct, over-, under-segmented, missed, noise; TOLERANCE: share";
-  app.add_option_function<std::string>(
-         flag, set,
-         fmt::format("{} of both regions that they must have in common [{}; default: {}]", help, expected, request.tolerance))
-      ->type_name("[TOLERANCE]")
-      ->expected(0, 1);
+  app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(request.tolerance)))
+      ->type_name("[TOLERANCE]");
 }
 
 void add_track_options(CLI::App& app, TrackOptions& options) { for_each_track_option(options, AddFlag{app, kTrackGroup}); }

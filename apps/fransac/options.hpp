@@ -88,7 +88,7 @@ struct HooverRequest {
   double tolerance = eval::kHooverTolerance;
   bool curve = false;  ///< At many tolerances, too; then of frames that have images of true regions, asked or not.
 };
-/// Adds "--hoover [TOLERANCE]". `request` must outlive the parsing.
+/// Adds "--hoover TOLERANCE"; where the value is left out, main() puts the default in. `request` must outlive the parsing.
 void add_hoover(CLI::App& app, HooverRequest& request);
 
 /// "auto", "floor", "table" or a plane's label.

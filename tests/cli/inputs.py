@@ -117,8 +117,31 @@ def frame(folder, name):
     write_frame(folder / name, *scene())
 
 
+def frame_with_regions(folder, name):
+    """The wall is region 10 and the box 11, but for its left half, which is noise; with all planes as truth, label 1 alone is one."""
+    depth, labels = scene()
+    write_frame(folder / name, depth, labels)
+    regions = [0 if depth[i] == 0 else 10 if labels[i] == 1 else 8 if i % WIDTH < 32 else 11 for i in range(WIDTH * HEIGHT)]
+    write(folder / name / "gt_seg.png", png_bytes(WIDTH, HEIGHT, 8, regions))
+    write(folder / name / "dataset.json", json.dumps({"truth": "planes"}))
+
+
+def frame_with_ignored_wall(folder, name):
+    """Nobody can judge the wall, the larger plane; the box is true plane 1."""
+    depth, labels = scene()
+    write_frame(folder / name, depth, [1 if label == 255 else 0 for label in labels])
+    write(folder / name / "dataset.json", json.dumps({"truth": "planes"}))
+
+
 def frame_without_truth(folder, name):
     write_frame(folder / name, scene()[0])
+
+
+def dataset_with_floor(folder, name, floor):
+    """The box's face is plane 2."""
+    depth, labels = scene()
+    write_frame(folder / name / "frame", depth, [2 if label == 255 else label for label in labels])
+    write(folder / name / "dataset.json", json.dumps({"truth": "planes", "floor": json.loads(floor)}))
 
 
 def dataset(folder, name, truth="dominant", frames="2"):
@@ -207,6 +230,11 @@ def frame_with_camera_text(folder, name, content):
 def frame_with_labels_of_another_size(folder, name):
     frame(folder, name)
     write(folder / name / "labels.png", png_bytes(2, 2, 8, [1] * 4))
+
+
+def frame_with_regions_of_another_size(folder, name):
+    frame(folder, name)
+    write(folder / name / "gt_seg.png", png_bytes(2, 2, 8, [10] * 4))
 
 
 def frame_with_points(folder, name, *pixels):

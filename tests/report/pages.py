@@ -69,6 +69,15 @@ def pixels(data, step=1):
     return rows
 
 
+def write_grey(path, width, height, values):
+    """An 8-bit grey PNG."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = b"".join(b"\0" + values[v * width:(v + 1) * width] for v in range(height))
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)) +
+                     chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
 def chunks(data, kind):
     at = 8
     while at < len(data):

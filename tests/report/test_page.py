@@ -117,6 +117,44 @@ class Page(unittest.TestCase):
         recall = next(row for row in self.evaluate()["mean"] if row["method"] == "fransac")["recall"]
         self.assertIn(f"fransac, recall: {recall:.4f}", bars)
 
+    def with_regions(self):
+        """Gives the first scene regions: its true planes, numbered as in a gt_seg.png."""
+        scene = pathlib.Path(self.folder, "scenes", "desk_3_0")
+        labels = [value for row in pages.pixels((scene / "labels.png").read_bytes()) for (value,) in row]
+        pages.write_grey(scene / "gt_seg.png", 160, 120, bytes(v + 9 if 0 < v < 255 else 0 for v in labels))
+
+    def curves(self, root):
+        """Of each curve plot the values that its marks tell, by method and tolerance."""
+        plots = [svg for svg in root.iter("svg") if "over tolerance" in text(svg.find("title"))]
+        found = {}
+        for svg in plots:
+            marks = [text(path) for path in svg.iter("path") if path.find("title") is not None and ", " in text(path)]
+            found[text(svg.find("title"))] = {
+                (m[1], m[2]): m[3] for m in (re.fullmatch(r"(\S+), tolerance (0\.\d\d): ([\d.]+)", mark) for mark in marks)}
+        return found
+
+    def test_curves_over_tolerances(self):
+        """First of the scene that has regions alone, then of both: of the other its planes."""
+        for prepare, arguments in ((self.with_regions, ()), (lambda: None, ("--hoover", "0.7"))):
+            prepare()
+            methods = ("cells", "fransac")
+            curves = self.curves(self.page("--planes", "all", "--method", ",".join(methods), *arguments))
+            self.assertEqual(list(curves), ["Correct regions over tolerance", "Noise regions over tolerance"])
+            for curve in curves.values():
+                self.assertEqual(set(curve), {(m, f"0.{t}") for m in methods for t in range(51, 96)})
+            for tolerance in ("0.51", "0.8", "0.95"):
+                result = json.loads(pages.fransac(self.folder, "evaluate", "scenes/desk_3_0" if not arguments else "scenes", "--method",
+                                                  ",".join(methods), "--planes", "all", "--repeat", "1", "--hoover", tolerance, "--json", "-"))
+                for row in result["mean"]:
+                    key = (row["method"], f"{float(tolerance):.2f}")
+                    self.assertEqual(curves["Correct regions over tolerance"][key], f"{row['hoover']['correct']:.2f}")
+                    self.assertEqual(curves["Noise regions over tolerance"][key], f"{row['hoover']['noise']:.2f}")
+
+    def test_no_curves_without_regions_unless_asked(self):
+        self.assertEqual(self.curves(self.page("--planes", "all", "--method", "cells")), {})
+        self.with_regions()
+        self.assertEqual(self.curves(self.page("--method", "fransac")), {}, "one plane was asked for")
+
     def test_every_plane_of_cells_is_listed(self):
         tables = with_class(self.page("--method", "cells,fransac"), "of-planes")
         self.assertEqual(len(tables), 2)  # one per scene, none of fransac
