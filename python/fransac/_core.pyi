@@ -696,7 +696,9 @@ class PlanesAtIou:
 
     @property
     def precision(self) -> float:
-        """Share of the predicted planes that are matched."""
+        """
+        Share of the predicted planes that are matched; what is mostly on ignored pixels and unmatched is left out.
+        """
 
     @property
     def recall(self) -> float:
@@ -745,7 +747,7 @@ class PlaneMetrics:
 
     @property
     def noise(self) -> float:
-        """Share of the predicted planes without a match at 0.5."""
+        """1 - precision at 0.5; 0 when no predicted plane counts."""
 
     @property
     def weighted_iou(self) -> float:
@@ -760,7 +762,9 @@ class Evaluation:
 
     @property
     def dominant(self) -> Detection:
-        """Predicted plane 1 against true plane 1."""
+        """
+        The first predicted plane not mostly on ignored pixels, against true plane 1.
+        """
 
     @property
     def best(self) -> Detection:
@@ -772,7 +776,7 @@ class Evaluation:
 
     @property
     def matched(self) -> Detection:
-        """Predicted plane 1 against the true plane that it fits best."""
+        """The same predicted plane against the true plane that it fits best."""
 
     @property
     def matched_label(self) -> int:

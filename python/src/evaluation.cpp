@@ -59,7 +59,8 @@ void bind_evaluation(nb::module_& m) {
   nb::class_<InstanceMetrics::AtIou>(m, "PlanesAtIou", "Planes matched at one least IoU.")
       .def_ro("threshold", &InstanceMetrics::AtIou::threshold, "The least IoU of a match.")
       .def_ro("matched", &InstanceMetrics::AtIou::matched, "Pairs.")
-      .def_ro("precision", &InstanceMetrics::AtIou::precision, "Share of the predicted planes that are matched.")
+      .def_ro("precision", &InstanceMetrics::AtIou::precision,
+              "Share of the predicted planes that are matched; what is mostly on ignored pixels and unmatched is left out.")
       .def_ro("recall", &InstanceMetrics::AtIou::recall, "Share of the true planes that are matched.")
       .def_ro("f1", &InstanceMetrics::AtIou::f1, "Harmonic mean.")
       .def_ro("mean_iou", &InstanceMetrics::AtIou::mean_iou, "Of the matched pairs; 0 without any.")
@@ -78,11 +79,11 @@ void bind_evaluation(nb::module_& m) {
       .def_ro("under_segmentation", &InstanceMetrics::under_segmentation, "Share of predicted planes over two or more true ones.")
       .def_ro("over_segmentation", &InstanceMetrics::over_segmentation, "Share of true planes under two or more predicted ones.")
       .def_ro("missed", &InstanceMetrics::missed, "Share of the true planes without a match at 0.5.")
-      .def_ro("noise", &InstanceMetrics::noise, "Share of the predicted planes without a match at 0.5.")
+      .def_ro("noise", &InstanceMetrics::noise, "1 - precision at 0.5; 0 when no predicted plane counts.")
       .def_ro("weighted_iou", &InstanceMetrics::weighted_iou, "Best IoU of each true plane, mean weighted by pixels.")
       .def_ro("plane_pixel_f1", &InstanceMetrics::plane_pixel_f1, "F1 of 'on some plane' over the judged pixels.");
   nb::class_<Evaluation>(m, "Evaluation", "How well labels agree with the truth.")
-      .def_ro("dominant", &Evaluation::dominant, "Predicted plane 1 against true plane 1.")
+      .def_ro("dominant", &Evaluation::dominant, "The first predicted plane not mostly on ignored pixels, against true plane 1.")
       .def_prop_ro(
           "best", [](const Evaluation& e) { return e.best.detection; },
           "The predicted plane that overlaps true plane 1 most, against it.")
@@ -90,7 +91,7 @@ void bind_evaluation(nb::module_& m) {
           "best_label", [](const Evaluation& e) { return static_cast<int>(e.best.label); }, "Its label; 0: none overlaps.")
       .def_prop_ro(
           "matched", [](const Evaluation& e) { return e.matched.detection; },
-          "Predicted plane 1 against the true plane that it fits best.")
+          "The same predicted plane against the true plane that it fits best.")
       .def_prop_ro(
           "matched_label", [](const Evaluation& e) { return static_cast<int>(e.matched.label); },
           "That plane's label in the truth; 0: none.")

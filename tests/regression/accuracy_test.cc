@@ -4,9 +4,9 @@
 //   FRANSAC_UPDATE_ACCURACY=1 build/release/tests/regression/accuracy_test
 // Rows of a dataset that is not there are left as they stand.
 //
-// Precision, recall and F1 are of plane 1 against truth label 1; best_f1 is of the plane that overlaps it most (the same, and
-// left empty, while one plane is asked for), matched_f1 of plane 1 against the true plane that it fits best; found is the number
-// of planes. Defaults throughout, seed 0.
+// Precision, recall and F1 are of plane 1 (the first not mostly on ignored pixels) against truth label 1; best_f1 is of the plane
+// that overlaps it most (the same, and left empty, while one plane is asked for), matched_f1 of plane 1 against the true plane
+// that it fits best; found is the number of planes. Defaults throughout, seed 0.
 #include <gtest/gtest.h>
 
 #include <array>

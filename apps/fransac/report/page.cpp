@@ -319,6 +319,15 @@ std::string truth_text(const DatasetReport& dataset) {
   return text;
 }
 
+std::string regions_text(const DatasetReport& dataset, const HooverRequest& request) {
+  if (!present(dataset.means, Quantity::hoover_regions)) return "";
+  return fmt::format(
+      "<p>Regions are true ones; those found are correct, over-segmented, under-segmented, missed or noise at a tolerance of {}, "
+      "as "
+      "Hoover et al., <i>An Experimental Comparison of Range Image Segmentation Algorithms</i> (1996), classify them.</p>\n",
+      request.tolerance);
+}
+
 std::string sequence_link(const SequenceLink& sequence, std::size_t compared) {
   std::string html = fmt::format("<p class=\"sequence\"><a href=\"{}\">The sequence over time</a>: {}.", escape(sequence.file),
                                  escape(sequence.gist));
@@ -331,6 +340,7 @@ std::string dataset_section(const DatasetReport& dataset, const Report& report, 
   html += fmt::format("<p class=\"facts\">{} scene{}{}</p>\n<p>{}</p>\n", dataset.scenes.size(),
                       dataset.scenes.size() == 1 ? "" : "s", dataset.sensor.empty() ? "" : ", sensor: " + escape(dataset.sensor),
                       escape(truth_text(dataset)));
+  html += regions_text(dataset, report.runs.hoover);
   if (dataset.sequence) html += sequence_link(*dataset.sequence, dataset.scenes.size());
   html += method_table("Means over the scenes", "class=\"of-means\"", dataset.means) + plots(dataset);
   html += "<h3>Scene by scene</h3>\n" + scene_tables(dataset, dataset.scenes.size() <= report.open_scenes);
