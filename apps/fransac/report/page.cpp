@@ -323,8 +323,7 @@ std::string regions_text(const DatasetReport& dataset, const HooverRequest& requ
   if (!present(dataset.means, Quantity::hoover_regions)) return "";
   return fmt::format(
       "<p>Regions are true ones; those found are correct, over-segmented, under-segmented, missed or noise at a tolerance of {}, "
-      "as "
-      "Hoover et al., <i>An Experimental Comparison of Range Image Segmentation Algorithms</i> (1996), classify them.</p>\n",
+      "as Hoover et al., <i>An Experimental Comparison of Range Image Segmentation Algorithms</i> (1996), classify them.</p>\n",
       request.tolerance);
 }
 
