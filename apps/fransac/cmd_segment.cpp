@@ -237,6 +237,7 @@ nlohmann::ordered_json plane_to_json(const PlaneSegment& segment, Method method)
           {"support", segment.support},
           {"rms_m", segment.rms_m},
           {"area_m2", segment.area_m2},
+          {"confidence", segment.confidence},
           {"centroid", cells ? vector_to_json(segment.centroid) : nullptr},
           {"kind", enum_name(segment.kind)},
           {"covariance", cells ? matrix_to_json(segment.covariance) : nullptr},
@@ -278,7 +279,10 @@ nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input
   }
   json["up"] = segmentation.up ? vector_to_json(*segmentation.up) : nullptr;
   json["up_source"] = enum_name(segmentation.up_source);
-  json["noise"] = segmentation.method == Method::cells ? noise_to_json(segmentation.noise) : nullptr;
+  const bool cells = segmentation.method == Method::cells;  // the others know no errors of the sensor
+  json["noise"] = cells ? noise_to_json(segmentation.noise) : nullptr;
+  json["slow_noise"] = cells ? noise_to_json(segmentation.slow_noise) : nullptr;
+  json["bias_m"] = cells ? nlohmann::ordered_json(segmentation.bias_m) : nullptr;
   json["iterations"] = segmentation.iterations;
   json["stop_reason"] = to_string(segmentation.stop_reason);
   json["timing_ms"] = timing_to_json(segmentation.timing);
@@ -330,6 +334,7 @@ std::string chosen_limits(const CellsOptions& cells) {
   if (cells.parallel_to) names.emplace_back("--parallel-to");
   if (cells.perpendicular_to) names.emplace_back("--perpendicular-to");
   if (cells.min_area_m2 > 0.0) names.emplace_back("--min-area");
+  if (cells.min_confidence > CellsOptions{}.min_confidence) names.emplace_back("--min-confidence");
   return joined(names, " and ");
 }
 
@@ -358,18 +363,23 @@ std::string normal_text(const Eigen::Vector3d& n) { return fmt::format("({:+.4f}
 
 Table plane_table(const Input& input) {
   std::vector<std::string> headings{"plane",   "<normal",  "d [m]",     input.is_cloud() ? "points" : "pixels",
-                                    "support", "rms [mm]", "area [m2]", "<kind"};
+                                    "support", "rms [mm]", "area [m2]", "confidence",
+                                    "<kind"};
   if (input.is_folder_of_frames()) headings.insert(headings.begin(), "<frame");
   return Table(std::move(headings));
 }
 
 void add_planes(Table& table, const Input& input, std::size_t i, const Segmentation& segmentation) {
   for (const PlaneSegment& segment : segmentation.planes) {
-    std::vector<std::string> cells{
-        fmt::format("{}", segment.id),          normal_text(segment.plane.normal),
-        fmt::format("{:.4f}", segment.plane.d), fmt::format("{}", segment.inliers),
-        fmt::format("{}", segment.support),     fmt::format("{:.2f}", 1e3 * segment.rms_m),
-        fmt::format("{:.3f}", segment.area_m2), segment.kind == PlaneKind::unknown ? "" : std::string(enum_name(segment.kind))};
+    std::vector<std::string> cells{fmt::format("{}", segment.id),
+                                   normal_text(segment.plane.normal),
+                                   fmt::format("{:.4f}", segment.plane.d),
+                                   fmt::format("{}", segment.inliers),
+                                   fmt::format("{}", segment.support),
+                                   fmt::format("{:.2f}", 1e3 * segment.rms_m),
+                                   fmt::format("{:.3f}", segment.area_m2),
+                                   fmt::format("{:.2f}", segment.confidence),
+                                   segment.kind == PlaneKind::unknown ? "" : std::string(enum_name(segment.kind))};
     if (input.is_folder_of_frames()) cells.insert(cells.begin(), input.frames[i].name);
     table.add(std::move(cells));
   }

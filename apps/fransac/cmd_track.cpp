@@ -110,6 +110,7 @@ nlohmann::ordered_json plane_to_json(const TrackedPlane& tracked, const PlaneSeg
           {"measured", {{"normal", vector_to_json(measured.plane.normal)}, {"d", measured.plane.d}}},
           {"inliers", measured.inliers},
           {"area_m2", measured.area_m2},
+          {"confidence", measured.confidence},
           {"age", tracked.age}};
 }
 

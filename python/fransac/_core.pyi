@@ -127,6 +127,12 @@ class Plane:
         """Root mean square distance of the labelled points, metres."""
 
     @property
+    def confidence(self) -> float:
+        """
+        Probability that this is a plane of the scene, 0 to 1 (cells; else 1: the other methods do not judge).
+        """
+
+    @property
     def area_m2(self) -> float:
         """Visible area, square metres."""
 
@@ -287,6 +293,24 @@ class Segmentation:
         """'given', 'estimated' or 'none'."""
 
     @property
+    def noise(self) -> dict[str, float] | None:
+        """
+        Pixel noise that cells worked with, independent from pixel to pixel: one sigma of a depth z is the root of constant_m**2 + (linear * z)**2 + (quadratic_per_m * z**2)**2. None for other methods.
+        """
+
+    @property
+    def slow_noise(self) -> dict[str, float] | None:
+        """
+        The same of what pixels near each other share, over tens of pixels. None for other methods.
+        """
+
+    @property
+    def bias_m(self) -> float | None:
+        """
+        By how much cells took planes to be bent or shifted, the same in every frame, metres. None for other methods.
+        """
+
+    @property
     def iterations(self) -> int:
         """Hypotheses, over all planes."""
 
@@ -311,7 +335,7 @@ class Segmentation:
 
     def __repr__(self) -> str: ...
 
-def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None, method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
+def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None, method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.5, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
     """
     Finds the planes of a depth image, and on request its obstacles.
 
@@ -331,9 +355,11 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         min_support: smallest support of a plane, as a share of the sampled points [share]. Default: by the method
         order: which plane comes first: most visible square metres, or most points. Default: by the method
         min_area: smallest visible area of a plane [m^2]. Default: 0.0
+        min_confidence: cells: planes less certain than this are left out. Default: 0.5
         labels_from: label every pixel near a plane, or the pixels whose leaf is an inlier (the paper). Default: 'pixels'
         seed: seed of the random samples. Default: 0
         threads: threads to use, 0 for all cores; never changes the answer [threads]. Default: 1
+        saturated: raw 16-bit value that means no measurement beside 0; 0: none. Default: 65535
         pass_through: keep only points within limits along an axis. Default: by the method
         pass_through_axis: the axis that the limits apply to. Default: 'z'
         pass_through_min: lower limit [m]. Default: 0.0
@@ -353,6 +379,8 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         disparity_error: one sigma of the disparity [px]. Default: by the method
         constant: part of one sigma of the depth at any distance [m]. Default: by the method
         linear: part of one sigma of the depth per metre of distance [m per m]. Default: by the method
+        quadratic: part of one sigma of the depth per squared metre of distance [m per m^2]. Default: by the method
+        slow: one sigma of what pixels near each other share, of that of a pixel [share]. Default: by the method
         bias: by how much planes may be bent or shifted [m]. Default: by the method
         parallel_to: cells: only planes whose normal has this direction. Default: by the method
         perpendicular_to: cells: only planes whose normal is perpendicular to this direction. Default: by the method
@@ -378,7 +406,7 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         MemoryError: not enough memory.
     """
 
-def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
+def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.5, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
     """
     Finds the planes of a point cloud, and on request its obstacles.
 
@@ -396,9 +424,11 @@ def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'ce
         min_support: smallest support of a plane, as a share of the sampled points [share]. Default: by the method
         order: which plane comes first: most visible square metres, or most points. Default: by the method
         min_area: smallest visible area of a plane [m^2]. Default: 0.0
+        min_confidence: cells: planes less certain than this are left out. Default: 0.5
         labels_from: label every pixel near a plane, or the pixels whose leaf is an inlier (the paper). Default: 'pixels'
         seed: seed of the random samples. Default: 0
         threads: threads to use, 0 for all cores; never changes the answer [threads]. Default: 1
+        saturated: raw 16-bit value that means no measurement beside 0; 0: none. Default: 65535
         pass_through: keep only points within limits along an axis. Default: by the method
         pass_through_axis: the axis that the limits apply to. Default: 'z'
         pass_through_min: lower limit [m]. Default: 0.0
@@ -418,6 +448,8 @@ def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'ce
         disparity_error: one sigma of the disparity [px]. Default: by the method
         constant: part of one sigma of the depth at any distance [m]. Default: by the method
         linear: part of one sigma of the depth per metre of distance [m per m]. Default: by the method
+        quadratic: part of one sigma of the depth per squared metre of distance [m per m^2]. Default: by the method
+        slow: one sigma of what pixels near each other share, of that of a pixel [share]. Default: by the method
         bias: by how much planes may be bent or shifted [m]. Default: by the method
         parallel_to: cells: only planes whose normal has this direction. Default: by the method
         perpendicular_to: cells: only planes whose normal is perpendicular to this direction. Default: by the method

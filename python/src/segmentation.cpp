@@ -191,6 +191,15 @@ nb::dict timing_of(const Found& found) {
   return dict;
 }
 
+nb::object noise_of(const Found& found, const DepthNoise& noise) {
+  if (found.planes.method != Method::cells) return nb::none();
+  nb::dict dict;
+  dict["constant_m"] = noise.constant_m;
+  dict["linear"] = noise.linear;
+  dict["quadratic_per_m"] = noise.quadratic_per_m;
+  return dict;
+}
+
 template <class Enum>
 nb::str word(Enum value) {
   const std::string_view name = enum_name(value);
@@ -263,6 +272,8 @@ void bind_plane(nb::module_& m) {
           "stop_reason", [](const PlaneSegment& p) { return nb::str(to_string(p.stop_reason).data()); },
           nb::sig("def stop_reason(self) -> str"), "Why that search ended.")
       .def_ro("rms_m", &PlaneSegment::rms_m, "Root mean square distance of the labelled points, metres.")
+      .def_ro("confidence", &PlaneSegment::confidence,
+              "Probability that this is a plane of the scene, 0 to 1 (cells; else 1: the other methods do not judge).")
       .def_ro("area_m2", &PlaneSegment::area_m2, "Visible area, square metres.")
       .def_prop_ro(
           "centroid", [](const PlaneSegment& p) { return to_numpy(p.centroid); },
@@ -395,6 +406,23 @@ void bind_result(nb::module_& m) {
       .def_prop_ro(
           "up_source", [](const S& s) { return word(s.found().planes.up_source); }, nb::sig("def up_source(self) -> str"),
           "'given', 'estimated' or 'none'.")
+      .def_prop_ro(
+          "noise", [](const S& s) { return noise_of(s.found(), s.found().planes.noise); },
+          nb::sig("def noise(self) -> dict[str, float] | None"),
+          "Pixel noise that cells worked with, independent from pixel to pixel: one sigma of a depth z is the root of "
+          "constant_m**2 + "
+          "(linear * z)**2 + (quadratic_per_m * z**2)**2. None for other methods.")
+      .def_prop_ro(
+          "slow_noise", [](const S& s) { return noise_of(s.found(), s.found().planes.slow_noise); },
+          nb::sig("def slow_noise(self) -> dict[str, float] | None"),
+          "The same of what pixels near each other share, over tens of pixels. None for other methods.")
+      .def_prop_ro(
+          "bias_m",
+          [](const S& s) -> nb::object {
+            return s.found().planes.method == Method::cells ? nb::float_(s.found().planes.bias_m) : nb::none();
+          },
+          nb::sig("def bias_m(self) -> float | None"),
+          "By how much cells took planes to be bent or shifted, the same in every frame, metres. None for other methods.")
       .def_prop_ro(
           "iterations", [](const S& s) { return s.found().planes.iterations; }, "Hypotheses, over all planes.")
       .def_prop_ro(

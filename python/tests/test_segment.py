@@ -227,6 +227,17 @@ def test_text_and_html(desk):
     assert "500 points" in repr(cloud) and "<img" not in cloud._repr_html_()
 
 
+def test_errors_of_the_sensor(desk):
+    found = fransac.segment(desk.depth, desk.camera)
+    for noise in (found.noise, found.slow_noise):
+        assert list(noise) == ["constant_m", "linear", "quadratic_per_m"] and all(value >= 0 for value in noise.values())
+    assert sum(found.noise.values()) > 0 and found.bias_m >= 0
+    assert all(0 <= plane.confidence <= 1 for plane in found.planes)
+    other = fransac.segment(desk.depth, desk.camera, "ransac")
+    assert other.noise is None and other.slow_noise is None and other.bias_m is None
+    assert [plane.confidence for plane in other.planes] == [1]
+
+
 def test_picture(desk):
     found = fransac.segment(desk.depth, desk.camera)
     for picture in (found.picture(), found.picture(desk.depth), found.picture(colour=desk.colour)):

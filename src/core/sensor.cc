@@ -17,6 +17,7 @@ namespace structured_light {
 constexpr double kBaseline_m = 0.075;
 constexpr double kDisparityError_px = 0.5 / 8.0;
 constexpr double kFocalLength_px = kDisparityError_px / (kKinectNoise_per_m * kBaseline_m);
+constexpr double kSlow = 1.0;     // cells of 8 x 8 pixels that are eight apart: docs/algorithms.md, "Noise from the frame"
 constexpr double kBias_m = 0.01;  // uncorrected lenses bend planes by 1 to 2 cm at the borders, over most of the image less
 }  // namespace structured_light
 
@@ -26,6 +27,7 @@ constexpr double kBias_m = 0.01;  // uncorrected lenses bend planes by 1 to 2 cm
 namespace stereo {
 constexpr double kBaseline_m = 0.05;
 constexpr double kDisparityError_px = 0.08;
+constexpr double kSlow = 1.5;  // windows of matching are wider than a structured light's
 constexpr double kBias_m = 0.005;
 }  // namespace stereo
 
@@ -35,6 +37,7 @@ constexpr double kBias_m = 0.005;
 namespace time_of_flight {
 constexpr double kConstant_m = 0.001;
 constexpr double kLinear = 0.0015;
+constexpr double kSlow = 0.5;  // every pixel measures for itself; what is shared comes from filters and from stray light
 constexpr double kBias_m = 0.005;
 }  // namespace time_of_flight
 
@@ -53,27 +56,39 @@ Status check(const SensorParameter& parameter, SensorKind kind, double value) {
   return bad(parameter.name, range_text(parameter.min, parameter.max, parameter.unit, value));
 }
 
-/// Without the rounding to raw units.
-SensorModel model_of(const SensorOptions& o, const Camera& camera) {
-  const auto triangulating = [&](double focal_length_px, double baseline_m, double error_px, double bias_m) {
+/// What is taken for granted of a kind of sensor. Without the rounding to raw units.
+SensorModel usual_model(const SensorOptions& o, const Camera& camera) {
+  const auto triangulating = [&](double focal_length_px, double baseline_m, double error_px, double slow, double bias_m) {
     const double quadratic = o.disparity_error_px.value_or(error_px) / (focal_length_px * o.baseline_m.value_or(baseline_m));
-    return SensorModel{o.kind, {.quadratic_per_m = quadratic}, o.bias_m.value_or(bias_m)};
+    return SensorModel{o.kind, {.quadratic_per_m = quadratic}, slow, bias_m};
   };
   switch (o.kind) {
     case SensorKind::automatic:  // no sensor in use is believed to be noisier
     case SensorKind::structured_light: {
       using namespace structured_light;
-      return triangulating(kFocalLength_px, kBaseline_m, kDisparityError_px, kBias_m);
+      return triangulating(kFocalLength_px, kBaseline_m, kDisparityError_px, kSlow, kBias_m);
     }
-    case SensorKind::stereo: return triangulating(camera.fx, stereo::kBaseline_m, stereo::kDisparityError_px, stereo::kBias_m);
+    case SensorKind::stereo: {
+      using namespace stereo;
+      return triangulating(camera.fx, kBaseline_m, kDisparityError_px, kSlow, kBias_m);
+    }
     case SensorKind::time_of_flight: {
       using namespace time_of_flight;
-      const DepthNoise noise{.constant_m = o.constant_m.value_or(kConstant_m), .linear = o.linear.value_or(kLinear)};
-      return {o.kind, noise, o.bias_m.value_or(kBias_m)};
+      return {o.kind, {.constant_m = kConstant_m, .linear = kLinear}, kSlow, kBias_m};
     }
     case SensorKind::none: break;
   }
-  return {o.kind, {}, o.bias_m.value_or(0.0)};
+  return {o.kind, {}, 0.0, 0.0};
+}
+
+SensorModel model_of(const SensorOptions& o, const Camera& camera) {
+  SensorModel model = usual_model(o, camera);
+  model.noise.constant_m = o.constant_m.value_or(model.noise.constant_m);
+  model.noise.linear = o.linear.value_or(model.noise.linear);
+  model.noise.quadratic_per_m = o.quadratic_per_m.value_or(model.noise.quadratic_per_m);
+  model.slow = o.slow.value_or(model.slow);
+  model.bias_m = o.bias_m.value_or(model.bias_m);
+  return model;
 }
 
 }  // namespace

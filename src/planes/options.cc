@@ -15,6 +15,7 @@ std::string_view option_of_cells(const CellsOptions& cells) {
   if (cells.parallel_to) return "parallel-to";
   if (cells.perpendicular_to) return "perpendicular-to";
   if (cells.residuals) return "residuals";
+  if (cells.min_confidence != CellsOptions{}.min_confidence) return "min-confidence";
   return {};
 }
 

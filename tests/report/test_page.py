@@ -163,8 +163,9 @@ class Page(unittest.TestCase):
             self.assertEqual(text(table.find("caption")), f"Planes of cells in {name}, up {found['up_source']}")
             self.assertGreater(len(found["planes"]), 1)
             _, rows = cells(table)
-            shown = [(f"{p['id']}", p["kind"], f"{p['area_m2']:.3f}", f"{1e3 * p['rms_m']:.1f}", f"{p['inliers']}") for p in found["planes"]]
-            self.assertEqual([tuple(row[:5]) for row in rows], shown)
+            shown = [(f"{p['id']}", p["kind"], f"{p['area_m2']:.3f}", f"{1e3 * p['rms_m']:.1f}", f"{p['confidence']:.2f}", f"{p['inliers']}")
+                     for p in found["planes"]]
+            self.assertEqual([tuple(row[:6]) for row in rows], shown)
             colours = [swatch.get("style") for swatch in with_class(table, "swatch")]
             self.assertEqual(len(set(colours)), len(rows), "every plane has a colour of its own")
 

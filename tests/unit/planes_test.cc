@@ -598,7 +598,13 @@ TEST(SegmentErrors, AbsurdOptionsAreNamed) {
       {"sensor", [](SegmentOptions& o) { o.sensor.kind = static_cast<SensorKind>(9); }},
       {"sensor-param bias", [](SegmentOptions& o) { o.sensor.bias_m = -0.01; }},
       {"sensor-param baseline", [](SegmentOptions& o) { o.sensor = {.kind = SensorKind::stereo, .baseline_m = kNaN}; }},
-      {"sensor-param linear", [](SegmentOptions& o) { o.sensor = {.kind = SensorKind::stereo, .linear = 0.01}; }},
+      {"sensor-param linear", [](SegmentOptions& o) { o.sensor = {.linear = 0.01}; }},
+      {"sensor-param slow", [](SegmentOptions& o) { o.sensor.slow = 10.5; }},
+      {"min-confidence", [](SegmentOptions& o) { o.cells.min_confidence = -0.01; }},
+      {"min-confidence", [](SegmentOptions& o) { o.cells.min_confidence = 1.01; }},
+      {"min-confidence", [](SegmentOptions& o) { o.cells.min_confidence = kNaN; }},
+      {"saturated", [](SegmentOptions& o) { o.saturated = -1; }},
+      {"saturated", [](SegmentOptions& o) { o.saturated = 65536; }},
       {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d::Zero(); }},
       {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d(0, kNaN, 1); }},
       {"perpendicular-to", [](SegmentOptions& o) { o.cells.perpendicular_to = Vector3d(kInf, 0, 0); }},
@@ -661,6 +667,7 @@ TEST(SegmentErrors, WhatOnlyCellsKnowsIsRefusedByTheOtherMethods) {
       {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d::UnitX(); }},
       {"perpendicular-to", [](SegmentOptions& o) { o.cells.perpendicular_to = Vector3d::UnitX(); }},
       {"residuals", [](SegmentOptions& o) { o.cells.residuals = true; }},
+      {"min-confidence", [](SegmentOptions& o) { o.cells.min_confidence = 0.9; }},
   };
   for (const BadCase& asked : cases) {
     for (const Method method : kMethods) {

@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "fransac/planes/options.hpp"
 #include "support.hpp"
 
 namespace fransac {
@@ -32,6 +33,7 @@ TEST(Sensor, StructuredLightIsThatOfKhoshelhamAndElberinkWhateverTheCamera) {
     const SensorModel model = model_of({.kind = SensorKind::structured_light}, camera);
     EXPECT_EQ(model.kind, SensorKind::structured_light);
     for (const double z : {0.5, 1.0, 2.0, 5.0}) EXPECT_NEAR(model.noise.sigma_m(z), 1.425e-3 * z * z, 1e-12);
+    EXPECT_EQ(model.slow, 1.0);
     EXPECT_EQ(model.bias_m, 0.01);
   }
 }
@@ -60,6 +62,30 @@ TEST(Sensor, TimeOfFlightIsConstantAndAShareOfTheDistance) {
   EXPECT_NEAR(own.noise.sigma_m(1.0), 0.005, 1e-12);
   EXPECT_EQ(own.noise.quadratic_per_m, 0.0);
   EXPECT_EQ(own.bias_m, 0.02);
+}
+
+TEST(Sensor, ALawThatIsGivenReplacesTheKindsOwnTermByTerm) {
+  const Camera camera = testing::small_camera();
+  for (const SensorKind kind : {SensorKind::structured_light, SensorKind::stereo, SensorKind::time_of_flight, SensorKind::none}) {
+    const SensorModel own = model_of(
+        {.kind = kind, .constant_m = 0.003, .linear = 0.002, .quadratic_per_m = 0.001, .slow = 0.5, .bias_m = 0.004}, camera);
+    const DepthNoise law{.constant_m = 0.003, .linear = 0.002, .quadratic_per_m = 0.001};
+    EXPECT_EQ(own, (SensorModel{kind, law, 0.5, 0.004})) << enum_name(kind);
+    const SensorModel usual = model_of({.kind = kind}, camera);
+    const SensorModel one = model_of({.kind = kind, .linear = 0.002}, camera);
+    EXPECT_EQ(one.noise.constant_m, usual.noise.constant_m);
+    EXPECT_EQ(one.noise.linear, 0.002);
+    EXPECT_EQ(one.noise.quadratic_per_m, usual.noise.quadratic_per_m);
+  }
+  const SensorModel both = model_of({.kind = SensorKind::stereo, .disparity_error_px = 0.3, .quadratic_per_m = 0.001}, camera);
+  EXPECT_EQ(both.noise.quadratic_per_m, 0.001) << "the law itself goes before what baseline and disparity make";
+}
+
+TEST(Sensor, SlowNoiseIsAShareOfThePixelNoiseAtEveryDepth) {
+  const SensorModel model = model_of({.kind = SensorKind::time_of_flight, .slow = 0.25}, testing::small_camera(), 0.001);
+  for (const double z : {0.3, 2.0, 9.0}) EXPECT_NEAR(model.slow_noise().sigma_m(z), 0.25 * model.noise.sigma_m(z), 1e-15);
+  EXPECT_EQ(model_of({.slow = 2.0}, testing::small_camera()).slow, 2.0) << "known of a sensor that is not";
+  EXPECT_EQ(model_of({.kind = SensorKind::none}, testing::small_camera()).slow_noise(), DepthNoise{});
 }
 
 TEST(Sensor, NoneIsTheRoundingToRawUnitsAlone) {
@@ -108,8 +134,13 @@ TEST(Sensor, BadNumbersAreNamed) {
       // What means nothing to the kind.
       {"baseline", {.kind = SensorKind::time_of_flight, .baseline_m = 0.05}},
       {"disparity-error", {.kind = SensorKind::none, .disparity_error_px = 0.1}},
-      {"constant", {.kind = SensorKind::stereo, .constant_m = 0.001}},
-      {"linear", {.kind = SensorKind::structured_light, .linear = 0.001}},
+      {"constant", {.constant_m = 0.001}},
+      {"linear", {.linear = 0.001}},
+      {"quadratic", {.quadratic_per_m = 0.001}},
+      {"quadratic", {.kind = SensorKind::stereo, .quadratic_per_m = 1.5}},
+      {"slow", {.slow = -0.1}},
+      {"slow", {.kind = SensorKind::none, .slow = 11.0}},
+      {"slow", {.slow = kNaN}},
       {"baseline", {.kind = SensorKind::automatic, .baseline_m = 0.05}},
   };
   for (const BadCase& bad : cases) {
@@ -138,8 +169,9 @@ TEST(Sensor, EveryNumberIsListedOnce) {
     values.insert(&value);
     EXPECT_LT(parameter.min, parameter.max);
   });
-  EXPECT_EQ(names, (std::set<std::string_view>{"baseline", "disparity-error", "constant", "linear", "bias"}));
-  EXPECT_EQ(values.size(), 5U);
+  EXPECT_EQ(names,
+            (std::set<std::string_view>{"baseline", "disparity-error", "constant", "linear", "quadratic", "slow", "bias"}));
+  EXPECT_EQ(values.size(), 7U);
 }
 
 }  // namespace

@@ -280,11 +280,12 @@ std::string gist(const Scene& scene) {
 std::string planes_table(const FoundPlanes& found, const std::string& scene) {
   std::string caption = fmt::format("Planes of {} in {}", enum_name(found.method), scene);
   if (found.up_source != UpSource::none) caption += fmt::format(", up {}", enum_name(found.up_source));
-  HtmlTable table(caption, {"plane", "kind", "area [m²]", "rms [mm]", "pixels", "normal", "distance [m]"}, "class=\"of-planes\"");
+  HtmlTable table(caption, {"plane", "kind", "area [m²]", "rms [mm]", "confidence", "pixels", "normal", "distance [m]"},
+                  "class=\"of-planes\"");
   for (const FoundPlane& plane : found.planes) {
     const Eigen::Vector3d& n = plane.plane.normal;
     table.add({std::to_string(plane.id), std::string(enum_name(plane.kind)), fmt::format("{:.3f}", plane.area_m2),
-               fmt::format("{:.1f}", 1e3 * plane.rms_m), std::to_string(plane.inliers),
+               fmt::format("{:.1f}", 1e3 * plane.rms_m), fmt::format("{:.2f}", plane.confidence), std::to_string(plane.inliers),
                fmt::format("{:.3f} {:.3f} {:.3f}", n.x(), n.y(), n.z()), fmt::format("{:.3f}", plane.plane.d)},
               {}, swatch(io::label_colour(plane.colour)));
   }

@@ -30,7 +30,8 @@ FoundPlanes found_planes(Method method, const Segmentation& segmentation, const 
   for (std::size_t i = 0; i < shown.size(); ++i) colour[segmentation.labels[i]] = shown[i];
   FoundPlanes found{method, segmentation.up_source, {}};
   for (const PlaneSegment& s : segmentation.planes) {
-    found.planes.push_back({s.id, colour[static_cast<std::size_t>(s.id)], s.kind, s.area_m2, s.rms_m, s.inliers, s.plane});
+    found.planes.push_back(
+        {s.id, colour[static_cast<std::size_t>(s.id)], s.kind, s.area_m2, s.rms_m, s.confidence, s.inliers, s.plane});
   }
   return found;
 }

@@ -22,6 +22,7 @@ struct FoundPlane {
   PlaneKind kind = PlaneKind::unknown;
   double area_m2 = 0.0;
   double rms_m = 0.0;
+  double confidence = 1.0;
   std::uint64_t inliers = 0;
   Plane plane;
 };

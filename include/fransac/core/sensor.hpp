@@ -24,26 +24,30 @@ struct SensorOptions {
   SensorKind kind = SensorKind::automatic;     ///< How it measures.
   std::optional<double> baseline_m{};          ///< Structured light and stereo: between projector or cameras.
   std::optional<double> disparity_error_px{};  ///< Structured light and stereo: one sigma of the disparity.
-  std::optional<double> constant_m{};          ///< Time of flight: part of sigma_z that does not depend on the distance.
-  std::optional<double> linear{};              ///< Time of flight: part of sigma_z per metre of distance.
-  std::optional<double> bias_m{};              ///< Any: by how much a plane may be bent or shifted over the image.
+  // The law of the pixel noise, DepthNoise; any but `automatic`. Each replaces that term of the kind's own law.
+  std::optional<double> constant_m{};       ///< Part of sigma_z that does not depend on the distance, metres.
+  std::optional<double> linear{};           ///< Part of sigma_z per metre of distance.
+  std::optional<double> quadratic_per_m{};  ///< Part of sigma_z per squared metre of distance, instead of what baseline and
+                                            ///< disparity error make.
+  std::optional<double> slow{};             ///< Any: SensorModel::slow.
+  std::optional<double> bias_m{};           ///< Any: SensorModel::bias_m.
 };
 
 /// What a user can say of a sensor in one number.
 struct SensorParameter {
-  std::string_view name{};      ///< In words joined by "-".
-  std::string_view unit{};      ///< "m", "px" or "m per m".
-  std::string_view help{};      ///< A few words.
-  double min = 0.0;             ///< Smallest valid number.
-  double max = 0.0;             ///< Largest valid number.
-  bool triangulation = false;   ///< Means something to structured light and stereo.
-  bool time_of_flight = false;  ///< Means something to time of flight.
-  bool any = false;             ///< Means something to every kind.
+  std::string_view name{};     ///< In words joined by "-".
+  std::string_view unit{};     ///< "m", "px", "m per m", "m per m^2" or "share".
+  std::string_view help{};     ///< A few words.
+  double min = 0.0;            ///< Smallest valid number.
+  double max = 0.0;            ///< Largest valid number.
+  bool triangulation = false;  ///< Means something to structured light and stereo.
+  bool named = false;          ///< Means something to every kind but `automatic`.
+  bool any = false;            ///< Means something to every kind.
 
   /// Whether a sensor of this kind has such a number.
   [[nodiscard]] constexpr bool means_something_to(SensorKind kind) const {
     const bool triangulates = kind == SensorKind::structured_light || kind == SensorKind::stereo;
-    return any || (triangulation && triangulates) || (time_of_flight && kind == SensorKind::time_of_flight);
+    return any || (triangulation && triangulates) || (named && kind != SensorKind::automatic);
   }
 };
 
@@ -61,18 +65,28 @@ void for_each_parameter(Options& o, Visitor&& visit) {
       SensorParameter{
           .name = "disparity-error", .unit = "px", .help = "one sigma of the disparity", .max = 10.0, .triangulation = true},
       o.disparity_error_px);
-  visit(SensorParameter{.name = "constant",
-                        .unit = "m",
-                        .help = "part of one sigma of the depth at any distance",
-                        .max = 1.0,
-                        .time_of_flight = true},
-        o.constant_m);
+  visit(
+      SensorParameter{
+          .name = "constant", .unit = "m", .help = "part of one sigma of the depth at any distance", .max = 1.0, .named = true},
+      o.constant_m);
   visit(SensorParameter{.name = "linear",
                         .unit = "m per m",
                         .help = "part of one sigma of the depth per metre of distance",
                         .max = 1.0,
-                        .time_of_flight = true},
+                        .named = true},
         o.linear);
+  visit(SensorParameter{.name = "quadratic",
+                        .unit = "m per m^2",
+                        .help = "part of one sigma of the depth per squared metre of distance",
+                        .max = 1.0,
+                        .named = true},
+        o.quadratic_per_m);
+  visit(SensorParameter{.name = "slow",
+                        .unit = "share",
+                        .help = "one sigma of what pixels near each other share, of that of a pixel",
+                        .max = 10.0,
+                        .any = true},
+        o.slow);
   visit(
       SensorParameter{.name = "bias", .unit = "m", .help = "by how much planes may be bent or shifted", .max = 1.0, .any = true},
       o.bias_m);
@@ -95,11 +109,19 @@ struct DepthNoise {
   bool operator==(const DepthNoise&) const = default;
 };
 
-/// What `cells` believes of a sensor.
+/// What `cells` believes of a sensor: three errors that have nothing to do with each other.
 struct SensorModel {
   SensorKind kind = SensorKind::automatic;  ///< How it measures.
-  DepthNoise noise;                         ///< `automatic`: the largest that is believed.
-  double bias_m = 0.0;                      ///< By how much a plane may be bent or shifted over the image, metres.
+  DepthNoise noise;                         ///< Pixel noise, independent from pixel to pixel. `automatic`: the largest believed.
+  double slow = 0.0;    ///< Slow noise: one sigma of what pixels near each other share, over tens of pixels, as a share of the
+                        ///< pixel noise.
+  double bias_m = 0.0;  ///< Bias: by how much a plane may be bent or shifted over the image, smoothly and the same in every
+                        ///< frame, metres.
+
+  /// One standard deviation of the slow noise at each depth.
+  [[nodiscard]] DepthNoise slow_noise() const {
+    return {slow * noise.constant_m, slow * noise.linear, slow * noise.quadratic_per_m};
+  }
 
   bool operator==(const SensorModel&) const = default;
 };

@@ -73,6 +73,7 @@ struct CellsOptions {
   /// Only planes whose normal is perpendicular to this direction, to within `prior_angle_deg`.
   std::optional<Eigen::Vector3d> perpendicular_to;
   double prior_angle_deg = 10.0;  ///< By how much a normal may differ from these.
+  double min_confidence = 0.5;    ///< Planes with less PlaneSegment::confidence are left out.
   bool residuals = false;         ///< Fill Segmentation::residuals_m.
 };
 
@@ -86,6 +87,8 @@ struct SegmentOptions {
   LabelsFrom labels_from = LabelsFrom::pixels;  ///< Where full-resolution labels come from.
   std::uint64_t seed = 0;                       ///< Of all random samples; the same seed, the same answer.
   int threads = 1;                              ///< 0: all cores. Never changes the answer.
+  /// Raw value of 16-bit depth that means no measurement, as 0 does: what cameras write for the sky. 0: there is none.
+  int saturated = 65535;
   /// Up in the frame of the camera or of the sensor at the cloud's origin, of any length, as an IMU tells it: tells floors from
   /// walls. Unset: `cells` estimates it from the planes of a depth image, the others tell no kinds.
   std::optional<Eigen::Vector3d> up;
@@ -138,15 +141,18 @@ template <class Options, class Visitor>
 void for_each_option(Options& o, Visitor&& visit) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   constexpr double kIntMax = std::numeric_limits<int>::max();
+  constexpr double kRawMax = std::numeric_limits<std::uint16_t>::max();
   visit(OptionInfo{"method", "", "how planes are found"}, o.method);
   visit(OptionInfo{"planes", "planes", "how many planes to peel off, or 'all'", 0, kMaxPlanes}, o.max_planes);
   visit(OptionInfo{"min-support", "share", "smallest support of a plane, as a share of the sampled points", 0, 1}, o.min_support);
   visit(OptionInfo{"order", "", "which plane comes first: most visible square metres, or most points"}, o.order);
   visit(OptionInfo{"min-area", "m^2", "smallest visible area of a plane", 0, kInf, false, true}, o.cells.min_area_m2);
+  visit(OptionInfo{"min-confidence", "", "cells: planes less certain than this are left out", 0, 1}, o.cells.min_confidence);
   visit(OptionInfo{"labels-from", "", "label every pixel near a plane, or the pixels whose leaf is an inlier (the paper)"},
         o.labels_from);
   visit(OptionInfo{"seed", "", "seed of the random samples"}, o.seed);
   visit(OptionInfo{"threads", "threads", "threads to use, 0 for all cores; never changes the answer", 0, 1024}, o.threads);
+  visit(OptionInfo{"saturated", "", "raw 16-bit value that means no measurement beside 0; 0: none", 0, kRawMax}, o.saturated);
   visit(OptionInfo{"pass-through", "", "keep only points within limits along an axis"}, o.pass_through.use);
   visit(OptionInfo{"pass-through-axis", "", "the axis that the limits apply to"}, o.pass_through.limits.axis);
   visit(OptionInfo{"pass-through-min", "m", "lower limit", -kInf, kInf, true, true}, o.pass_through.limits.min_m);
@@ -211,8 +217,8 @@ struct EnumNames<sac::Scoring> {
 const AxisLimits* limits_of(const SegmentOptions& options, Method method, bool depth_image);
 
 /// Checks every range, that the pass-through limits are in order, that the sensor's numbers mean something to its kind, and that
-/// `parallel_to`, `perpendicular_to`, `residuals` and `up` are not asked of a method other than `cells` (`automatic` is checked
-/// when the input is known). The message names the option.
+/// `parallel_to`, `perpendicular_to`, `residuals` and another `min_confidence` than the default are not asked of a method other
+/// than `cells` (`automatic` is checked when the input is known). The message names the option.
 Status validate(const SegmentOptions& options);
 
 }  // namespace fransac

@@ -45,6 +45,8 @@ struct PlaneSegment {
   /// layout.
   Eigen::Matrix<double, 4, 4, Eigen::DontAlign> covariance = Eigen::Matrix4d::Zero();
   PlaneKind kind = PlaneKind::unknown;  ///< Floor, wall …; `unknown` where nothing tells what is up.
+  double confidence = 1.0;  ///< Probability that this is a plane of the scene, 0 to 1; calibrated on frames that its weights did
+                            ///< not see. Methods other than `cells` do not judge: 1.
   double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a
                          ///< grid on the plane.
 };
@@ -78,8 +80,11 @@ struct Segmentation {
                                       ///< NaN where there is none. Else empty.
   std::optional<Eigen::Vector3d> up;  ///< Unit vector in the input's coordinates.
   UpSource up_source = UpSource::none;  ///< Who says so.
-  DepthNoise noise;                     ///< That `cells` worked with: the sensor's, or estimated.
-  std::vector<PlaneSegment> planes;     ///< In the order asked for; planes[i].id == i + 1.
+  // The errors that `cells` worked with, the sensor's or estimated (SensorModel); zero for the other methods.
+  DepthNoise noise;                  ///< Pixel noise: one sigma of what is independent from pixel to pixel.
+  DepthNoise slow_noise;             ///< Slow noise: one sigma of what pixels near each other share, over tens of pixels.
+  double bias_m = 0.0;               ///< Bias: by how much a plane may be bent or shifted, the same in every frame, metres.
+  std::vector<PlaneSegment> planes;  ///< In the order asked for; planes[i].id == i + 1.
 
   std::uint64_t valid_points = 0;                       ///< Measured pixels or points of the input.
   std::uint64_t sampled_points = 0;                     ///< Points that were searched: after pass-through and voxel grid.
