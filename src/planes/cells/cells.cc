@@ -22,8 +22,9 @@ constexpr const Constants& kC = kConstants;
 
 /// (alpha, beta, gamma) of q = alpha x + beta y + gamma, x and y on the camera's image plane at z = 1, and their covariance:
 /// of independent errors of the pixels, and of slow ones that cells near each other share.
-std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid, const Camera& camera) {
+std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid) {
   const PlaneFit& f = region.fit;
+  const Camera& camera = grid.camera;
   const double u = camera.cx - 0.5 * grid.width;
   const double v = camera.cy - 0.5 * grid.height;
   const Eigen::Vector3d parameters(f.plane.du * camera.fx, f.plane.dv * camera.fy, f.plane.at(u, v));
@@ -32,10 +33,10 @@ std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid, co
   // a column has the variance 5.25 in a cell of 64 pixels. What is clearly more, by the 15 % to which both are known, is
   // shared by neighbours.
   constexpr double kIndependent = 1.15 * 0.218;
-  const double pixel = grid.noise.pixel * grid.noise.pixel;
-  const double shared = std::max(0.0, grid.noise.shown * grid.noise.shown - kIndependent * kIndependent * pixel);
-  const double variance =
-      pixel / region.moments.n + kC.slow_noise * kC.slow_noise * shared * std::min(kC.slow_cells, cells) / cells;
+  const double pixel = region.sigma() * region.sigma();
+  const double shared = pixel * std::max(0.0, grid.noise.shown * grid.noise.shown - kIndependent * kIndependent);
+  const double pixels = region.moments.n / std::pow(grid.sampling.per_pixel(), 2);
+  const double variance = pixel / pixels + kC.slow_noise * kC.slow_noise * shared * std::min(kC.slow_cells, cells) / cells;
   Eigen::Matrix3d about_mean = Eigen::Matrix3d::Zero();  // of du, dv, and q at the mean pixel
   const double det = f.uu * f.vv - f.uv * f.uv;
   about_mean << f.vv / det, -f.uv / det, 0.0, -f.uv / det, f.uu / det, 0.0, 0.0, 0.0, 1.0;
@@ -73,21 +74,21 @@ void sort_planes(PlaneOrder order, const DepthNoise& noise, std::vector<PlaneSeg
 }
 
 /// Makes a plane of every region that can be one, numbered as they will probably be ordered, so that labels seldom change.
-void number_regions(const Grid& grid, const Camera& camera, const SegmentOptions& options, Buffers& b, Segmentation& result) {
+void number_regions(const Grid& grid, const SegmentOptions& options, Buffers& b, Segmentation& result) {
   b.labels.assign(b.regions.list.size(), 0);
   b.ranked.clear();
   for (std::size_t g = 0; g < b.regions.list.size(); ++g) {
     const Region& region = b.regions.list[g];
     if (!region.alive || !(region.fit.q > 0.0)) continue;
-    const auto plane = estimate(region, grid, camera);
+    const auto plane = estimate(region, grid);
     if (!plane || !is_wanted(plane->plane, options.cells)) continue;
     PlaneSegment& segment = result.planes.emplace_back();
     segment.id = static_cast<int>(g);  // for now
     segment.plane = plane->plane;
     segment.covariance = plane->covariance;
-    segment.support = static_cast<std::uint64_t>(region.moments.n);
+    segment.support = static_cast<std::uint64_t>(region.moments.n / std::pow(grid.sampling.per_pixel(), 2));
     segment.inliers = segment.support;
-    segment.area_m2 = rough_area(region, plane->plane, camera);
+    segment.area_m2 = rough_area(region, plane->plane, grid.camera);
     segment.centroid.z() = 1.0 / region.fit.q;
   }
   sort_planes(*options.order, result.noise, result.planes);
@@ -150,15 +151,9 @@ void measure_residuals(const DepthView& depth, const Camera& camera, Segmentatio
   }
 }
 
-DepthNoise noise_of(const SensorModel& sensor, const Noise& noise) {
-  if (sensor.kind == SensorKind::automatic) return {.quadratic_per_m = noise.pixel};
-  return {.constant_m = sensor.noise.constant_m * noise.of_model,
-          .linear = sensor.noise.linear * noise.of_model,
-          .quadratic_per_m = sensor.noise.quadratic_per_m * noise.of_model};
-}
-
 /// Where planes should be seen that were wanted first.
-void expect(const Camera& camera, Buffers& b) {
+void expect(Buffers& b) {
+  const Camera& camera = b.grid.camera;
   b.expected.clear();
   for (const PlaneSegment& wanted : b.wanted) {
     const Plane& plane = wanted.plane;
@@ -182,23 +177,29 @@ template <class Raw>
 Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& options, const AxisLimits* limits,
             const SensorModel& sensor, Buffers& b, StageClock& clock, Segmentation& result) {
   const DepthRows<Raw> rows(depth, camera, limits);
-  const ImageRows<Raw> image(rows, options.threads, b.image);
-  result.sampled_points = measure_cells(image, depth, camera, sensor, options.threads, b.grid_buffers, b.grid);
+  b.grid.sampling = sampling_of(camera);
+  const ImageRows<Raw> image(rows, b.grid.sampling.copies, b.grid.sampling.merged, options.threads, b.image);
+  result.sampled_points =
+      measure_cells(image, depth, camera, sensor, options.sensor, options.threads, b.grid_buffers, b.grid);
   result.valid_points = limits == nullptr ? result.sampled_points : 0;
   for (int v = 0; limits != nullptr && v < rows.height(); ++v) {
     result.valid_points += rows.count(rows.row(v, b.image.work.front()).measured);
   }
   if (Status status = require_points(result.valid_points, kMeasured); !status) return status;
   if (Status status = require_points(result.sampled_points, kWithinLimits); !status) return status;
-  result.noise = noise_of(sensor, b.grid.noise);
+  const Noise& noise = b.grid.noise;
+  result.noise = noise.pixel;
+  result.slow_noise = {noise.slow * noise.pixel.constant_m, noise.slow * noise.pixel.linear,
+                       noise.slow * noise.pixel.quadratic_per_m};
+  result.bias_m = noise.bias_m;
   clock.end(Stage::cells);
-  expect(camera, b);
-  grow_regions(b.grid, camera, b.expected, b.region_buffers, b.regions);
+  expect(b);
+  grow_regions(b.grid, b.expected, b.region_buffers, b.regions);
   clock.end(Stage::regions);
   merge_regions(b.grid, b.merge, b.regions);
   reassign_borders(b.grid, b.reassign, b.regions);
   clock.end(Stage::merge);
-  number_regions(b.grid, camera, options, b, result);
+  number_regions(b.grid, options, b, result);
   label_pixels(image, depth, camera, b.grid, b.regions, b.labels, options.threads, b.pixels, result.labels.data());
   measure_planes(b, result);
   arrange(options, result);

@@ -22,7 +22,7 @@ namespace fransac::cells {
   /* Slow errors (lens, disparity waves) against cell-to-cell noise: Kinect v1 and Xtion 1.2 to 2, RealSense 3. */              \
   X(slow_noise, 2.0)                                                                                                            \
   /* Kinect v1 bends planes by 1 to 2 cm at the image's border; scaled with the noise for other sensors, but not below. */      \
-  X(bias_m, 0.010) X(least_bias_scale, 0.05)                                                                                    \
+  X(bias_m, 0.010) X(least_bias_scale, 0.05) X(exact_noise, 0.03) X(most_constant_m, 0.01) X(local_constant_m, 0.002)                                                                                    \
   /* What people call flat. */                                                                                                  \
   X(flat_m, 0.003) X(flat_in_cell_m, 0.001)                                                                                     \
   /* Usable cells: residual within noise, depth known to 20 cm. */                                                              \

@@ -16,15 +16,35 @@ namespace {
 constexpr const Constants& kC = kConstants;
 using kernels::kCell;
 
-void resize(int width, int height, Grid& grid) {
-  grid.width = width;
-  grid.height = height;
-  grid.columns = (width + kCell - 1) / kCell;
-  grid.rows = (height + kCell - 1) / kCell;
+/// A Kinect's focal length, at which cells were first measured: 8 pixels are 0.87 degrees.
+constexpr double kFocalLength_px = 525.0;
+constexpr int kMostCopies = 2;
+constexpr int kMostMerged = 8;
+
+/// What the image's noise can at most be taken for, and what any sensor's rounding makes.
+constexpr double kLeastSigma = 1e-3 * kKinectNoise_per_m;  // floats of rendered depth
+
+Camera camera_of_samples(const Camera& camera, const Sampling& sampling) {
+  const double k = sampling.per_pixel();
+  Camera scaled = camera;
+  scaled.fx *= k;
+  scaled.fy *= k;
+  scaled.cx = (camera.cx + 0.5) * k - 0.5;
+  scaled.cy = (camera.cy + 0.5) * k - 0.5;
+  return scaled;
+}
+
+void resize(const DepthView& view, const Camera& camera, Grid& grid) {
+  const double k = grid.sampling.per_pixel();
+  grid.camera = camera_of_samples(camera, grid.sampling);
+  grid.width = k * view.width();
+  grid.height = k * view.height();
+  grid.columns = static_cast<int>(std::ceil(grid.width / kCell));
+  grid.rows = static_cast<int>(std::ceil(grid.height / kCell));
   grid.stride = grid.columns + 2;
   const std::size_t size = at(grid.stride) * at(grid.rows + 2);
   for (auto* values : {&grid.n, &grid.u, &grid.v, &grid.q, &grid.uu, &grid.uv, &grid.vv, &grid.du, &grid.dv, &grid.residual,
-                       &grid.shape, &grid.slack}) {
+                       &grid.sigma, &grid.slack}) {
     values->resize(size + Grid::kPadding);
     std::fill_n(values->begin() + static_cast<std::ptrdiff_t>(size), Grid::kPadding, 0.0F);
   }
@@ -51,50 +71,166 @@ void clear_border(Grid& grid) {
   }
 }
 
-/// Returns how many pixels were measured.
+constexpr int kFields = 10;
+kernels::CellMoments fields(float* const (&f)[kFields]) { return {f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9]}; }
+
+/// Copies of a pixel are all at its centre: what they add to the spread of positions goes, and so does what that adds to the
+/// residual. Both are exact, for partial cells as well.
+void take_copies_back(int copies, std::size_t cells, const kernels::CellMoments& m) {
+  const auto added = static_cast<float>((copies * copies - 1) / 12.0);
+  for (std::size_t c = 0; c < cells; ++c) {
+    if (m.n[c] == 0.0F) continue;
+    const float uq = m.uu[c] * m.du[c] + m.uv[c] * m.dv[c];
+    const float vq = m.uv[c] * m.du[c] + m.vv[c] * m.dv[c];
+    const float qq = m.mean_squared_residual[c] + m.du[c] * uq + m.dv[c] * vq;
+    m.uu[c] -= added;
+    m.vv[c] -= added;
+    const float det = m.uu[c] * m.vv[c] - m.uv[c] * m.uv[c];
+    if (!(det > kernels::kLeastSpread)) {
+      m.n[c] = m.u[c] = m.v[c] = m.q[c] = m.uu[c] = m.uv[c] = m.vv[c] = m.du[c] = m.dv[c] = 0.0F;
+      m.mean_squared_residual[c] = kernels::kNoFit;
+      continue;
+    }
+    m.du[c] = (m.vv[c] * uq - m.uv[c] * vq) / det;
+    m.dv[c] = (m.uu[c] * vq - m.uv[c] * uq) / det;
+    m.mean_squared_residual[c] = std::max(0.0F, qq - m.du[c] * uq - m.dv[c] * vq);
+  }
+}
+
+/// One cell out of the `merged` x `merged` of `parts`, rows of `stride` cells of 8 x 8 pixels, from column `first` on.
+void merge_cell(const kernels::CellMoments& parts, int merged, std::size_t stride, std::size_t first, double least,
+                std::size_t cell, const kernels::CellMoments& out) {
+  double n = 0.0, u = 0.0, v = 0.0, q = 0.0, uu = 0.0, uv = 0.0, vv = 0.0, uq = 0.0, vq = 0.0, qq = 0.0;
+  double reference = 0.0;
+  for (int y = 0; y < merged; ++y) {
+    for (int x = 0; x < merged; ++x) {
+      const std::size_t i = at(y) * stride + first + at(x);
+      const auto d = [&](const float* values) { return static_cast<double>(values[i]); };
+      const double k = d(parts.n);
+      if (k == 0.0) continue;
+      if (n == 0.0) reference = d(parts.q);
+      const double pu = d(parts.u) + kCell * (x - 0.5 * (merged - 1));
+      const double pv = d(parts.v) + kCell * (y - 0.5 * (merged - 1));
+      const double pq = d(parts.q) - reference;
+      const double puq = d(parts.uu) * d(parts.du) + d(parts.uv) * d(parts.dv);
+      const double pvq = d(parts.uv) * d(parts.du) + d(parts.vv) * d(parts.dv);
+      n += k;
+      u += k * pu;
+      v += k * pv;
+      q += k * pq;
+      uu += k * (d(parts.uu) + pu * pu);
+      uv += k * (d(parts.uv) + pu * pv);
+      vv += k * (d(parts.vv) + pv * pv);
+      uq += k * (puq + pu * pq);
+      vq += k * (pvq + pv * pq);
+      qq += k * (d(parts.mean_squared_residual) + d(parts.du) * puq + d(parts.dv) * pvq + pq * pq);
+    }
+  }
+  out.n[cell] = out.u[cell] = out.v[cell] = out.q[cell] = out.uu[cell] = out.uv[cell] = out.vv[cell] = out.du[cell] =
+      out.dv[cell] = 0.0F;
+  out.mean_squared_residual[cell] = kernels::kNoFit;
+  const double per_sample = 1.0 / merged;  // lengths become samples
+  const double share = per_sample * per_sample;
+  if (n * share < least) return;
+  u /= n, v /= n, q /= n;
+  uu = uu / n - u * u, uv = uv / n - u * v, vv = vv / n - v * v;
+  uq = uq / n - u * q, vq = vq / n - v * q, qq = qq / n - q * q;
+  const double det = uu * vv - uv * uv;
+  if (!(det * share * share > static_cast<double>(kernels::kLeastSpread))) return;
+  const double du = (vv * uq - uv * vq) / det;
+  const double dv = (uu * vq - uv * uq) / det;
+  const auto f = [](double value) { return static_cast<float>(value); };
+  out.n[cell] = f(n * share);
+  out.u[cell] = f(u * per_sample);
+  out.v[cell] = f(v * per_sample);
+  out.q[cell] = f(q + reference);
+  out.uu[cell] = f(uu * share);
+  out.uv[cell] = f(uv * share);
+  out.vv[cell] = f(vv * share);
+  out.du[cell] = f(du * merged);
+  out.dv[cell] = f(dv * merged);
+  out.mean_squared_residual[cell] = f(std::max(0.0, qq - du * uq - dv * vq));
+}
+
+/// Fills a row of cells.
 template <class Raw>
-std::size_t measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Grid& grid) {
+void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, GridBuffers::Task& task, Grid& grid) {
   const int first = grid.index(row, 0);
   const auto from = [&](AlignedVector<float>& values) { return values.data() + first; };
   const kernels::CellMoments out{from(grid.n),  from(grid.u),  from(grid.v),  from(grid.q),  from(grid.uu),
                                  from(grid.uv), from(grid.vv), from(grid.du), from(grid.dv), from(grid.residual)};
   const auto cells = static_cast<std::size_t>(grid.columns);
-  const std::size_t measured =
-      kernels::cell_kernels<Raw>().moments(image.cells(row), cells, metres_per_unit, static_cast<float>(kC.least_measured), out);
+  const auto& kernel = kernels::cell_kernels<Raw>();
+  const auto least = static_cast<float>(kC.least_measured);
+  const auto [copies, merged] = grid.sampling;
+  if (merged == 1) {
+    task.measured = kernel.moments(image.cells(row), cells, metres_per_unit, least, out);
+    if (copies > 1) take_copies_back(copies, cells, out);
+    task.measured /= at(copies * copies);
+  } else {
+    const std::size_t stride = cells * at(merged);
+    const std::size_t size = at(merged) * stride;
+    task.parts.resize(size * kFields);
+    task.measured = 0;
+    float* of_row[kFields];
+    float* of_all[kFields];
+    for (int k = 0; k < kFields; ++k) of_all[k] = task.parts.data() + at(k) * size;
+    for (int y = 0; y < merged; ++y) {
+      for (int k = 0; k < kFields; ++k) of_row[k] = of_all[k] + at(y) * stride;
+      task.measured += kernel.moments(image.cells(row * merged + y), stride, metres_per_unit, 0.25F * least, fields(of_row));
+    }
+    for (std::size_t c = 0; c < cells; ++c)
+      merge_cell(fields(of_all), merged, stride, c * at(merged), kC.least_measured, c, out);
+  }
   // From the cell's centre to the image's.
-  const float half = 0.5F * (kCell - 1);
-  const float base_v = static_cast<float>(row * kCell) + half - 0.5F * static_cast<float>(grid.height);
-  const float base_u = half - 0.5F * static_cast<float>(grid.width);
+  const double half = 0.5 * (kCell - 1);
+  const auto base_v = static_cast<float>(row * kCell + half - 0.5 * grid.height);
+  const auto base_u = static_cast<float>(half - 0.5 * grid.width);
   for (std::size_t c = 0; c < cells; ++c) {
     out.u[c] += base_u + static_cast<float>(c) * kCell;
     out.v[c] += base_v;
   }
-  return measured;
 }
 
-/// The value below which a share of a sample lies; 0 without one. Values are not negative.
-float quantile(const AlignedVector<float>& sample, double share) {
-  // The bits of floats are in the order of their values: counted by the leading ones, steps of an eighth, and between evenly.
-  constexpr int kDropped = 20;
-  const auto leading = [](float value) { return std::bit_cast<std::uint32_t>(value) >> kDropped; };
-  std::array<std::uint32_t, std::size_t{1} << (32 - kDropped - 1)> counts{};
-  auto others = counts;  // neighbours are often alike, and one counter would wait for itself
-  const std::size_t even = sample.size() / 2 * 2;
-  for (std::size_t i = 0; i < even; i += 2) {
-    ++counts[leading(sample[i])];
-    ++others[leading(sample[i + 1])];
+/// Counts of positive floats by the leading bits, steps of an eighth, from which quantiles follow.
+class Histogram {
+ public:
+  void add(float value, std::uint32_t weight) { counts_[leading(value)] += weight; }
+  void add(const Histogram& other, std::uint32_t weight) {
+    for (std::size_t i = 0; i < kBins; ++i) counts_[i] += weight * other.counts_[i];
   }
-  if (even < sample.size()) ++counts[leading(sample[even])];
-  for (std::size_t bin = 0; bin < counts.size(); ++bin) counts[bin] += others[bin];
-  const std::uint32_t none = leading(kernels::kNone);
-  const auto size = std::accumulate(counts.begin(), counts.begin() + none, std::uint32_t{0});
-  if (size == 0) return 0.0F;
-  double rank = share * static_cast<double>(size - 1);
-  std::uint32_t bin = 0;
-  for (; rank >= static_cast<double>(counts[bin]); ++bin) rank -= static_cast<double>(counts[bin]);
-  const float low = std::bit_cast<float>(bin << kDropped);
-  const float high = std::bit_cast<float>((bin + 1) << kDropped);
-  return low + (high - low) * static_cast<float>((rank + 0.5) / static_cast<double>(counts[bin]));
+  [[nodiscard]] std::uint64_t total() const { return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0}); }
+  /// The value below which a share lies; 0 of nothing.
+  [[nodiscard]] double quantile(double share) const {
+    const std::uint64_t all = total();
+    if (all == 0) return 0.0;
+    double rank = share * static_cast<double>(all - 1);
+    std::size_t bin = 0;
+    for (; rank >= static_cast<double>(counts_[bin]); ++bin) rank -= static_cast<double>(counts_[bin]);
+    const auto start = [](std::size_t i) {
+      return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(i + kFirst) << kDropped));
+    };
+    return start(bin) + (start(bin + 1) - start(bin)) * (rank + 0.5) / static_cast<double>(counts_[bin]);
+  }
+
+ private:
+  static constexpr int kDropped = 20;
+  static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(1e-16F) >> kDropped;  // less than any noise squared
+  static constexpr std::uint32_t kLast = std::bit_cast<std::uint32_t>(1e6F) >> kDropped;
+  static constexpr std::size_t kBins = kLast - kFirst + 1;
+  static std::size_t leading(float value) {
+    return std::clamp(std::bit_cast<std::uint32_t>(value) >> kDropped, kFirst, kLast) - kFirst;
+  }
+  std::array<std::uint32_t, kBins> counts_{};
+};
+
+/// The value below which a share of a sample lies; 0 without one. Values are not negative.
+double quantile(const AlignedVector<float>& sample, double share) {
+  Histogram histogram;
+  for (const float value : sample) {
+    if (value < kernels::kNone) histogram.add(value, 1);
+  }
+  return histogram.quantile(share);
 }
 
 /// Calls visit(first cell) for rows that a sample is taken from: all, or of large images every so many, some thousands of cells.
@@ -105,81 +241,118 @@ void for_each_sampled_row(const Grid& grid, Visitor visit) {
   for (int r = 0; r < grid.rows; r += step) visit(grid.index(r, 0));
 }
 
-constexpr float kFull = kCell * kCell - 4;  // a few pixels may be missing
+/// Which cells tell something of noise: not those that hold one value throughout. A wall seen from the front in coarse units does,
+/// but so do a sky, a far clip and a filled hole.
+void find_telling(GridBuffers& buffers, const Grid& grid) {
+  buffers.telling.resize(grid.size() + Grid::kPadding);
+  buffers.centred.resize(grid.size() + Grid::kPadding);
+  constexpr float kRounding = 3e-7F;  // of the sums of one value
+  const float half = 0.5F * (kCell - 1);
+  for (int r = 0; r < grid.rows; ++r) {
+    const auto v = static_cast<float>(r * kCell - 0.5 * grid.height) + half;
+    for (int c = 0; c < grid.columns; ++c) {
+      const std::size_t i = at(grid.index(r, c));
+      const auto u = static_cast<float>(c * kCell - 0.5 * grid.width) + half;
+      const float least = kRounding * grid.q[i];
+      const float varied = grid.du[i] * grid.du[i] + grid.dv[i] * grid.dv[i] + grid.residual[i];
+      buffers.telling[i] = varied > least * least ? grid.n[i] : 0.0F;
+      buffers.centred[i] = grid.q[i] - grid.du[i] * (grid.u[i] - u) - grid.dv[i] * (grid.v[i] - v);
+    }
+  }
+  for (int c = 0; c < grid.stride; ++c) buffers.telling[at(c)] = buffers.telling[grid.size() - 1 - at(c)] = 0.0F;
+  for (int r = 0; r <= grid.rows + 1; ++r) {
+    buffers.telling[at(r * grid.stride)] = buffers.telling[at((r + 1) * grid.stride - 1)] = 0.0F;
+  }
+}
 
-/// One sigma of `values` against the mean of a cell's two neighbours, in its row and in its column, from the 30 % quantile; a
-/// plane has none.
-double second_difference(const Grid& grid, const AlignedVector<float>& values, AlignedVector<float>& sample) {
+/// Pixel noise by depth from the cells' residuals, sigma_z^2 = a^2 + (b z^2)^2: what is constant in depth, as of time of flight,
+/// and what is constant in inverse depth, as of triangulation. From the 30 % quantile of each half octave of depth, so that
+/// clutter does not count; relative least squares, which the lower ones of contradicting depths decide.
+DepthNoise measure_pixel_noise(const GridBuffers& buffers, const Grid& grid) {
+  constexpr int kOctaveBits = 22;  // two bins an octave
+  constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0.0156F) >> kOctaveBits;
+  constexpr std::size_t kBins = 28;
+  std::array<Histogram, kBins> of_bin{};
+  std::array<double, kBins> sum_q{};
+  std::array<double, kBins> cells{};
+  for_each_sampled_row(grid, [&](int first) {
+    for (std::size_t i = at(first); i < at(first + grid.columns); ++i) {
+      if (buffers.telling[i] == 0.0F) continue;
+      const std::uint32_t octave = std::bit_cast<std::uint32_t>(grid.q[i]) >> kOctaveBits;
+      const std::size_t bin = std::clamp<std::uint32_t>(octave, kFirst, kFirst + kBins - 1) - kFirst;
+      of_bin[bin].add(grid.residual[i], static_cast<std::uint32_t>(buffers.telling[i] + 0.5F));
+      sum_q[bin] += static_cast<double>(grid.q[i]);
+      cells[bin] += 1.0;
+    }
+  });
+  // Normal equations of (a^2, b^2), each bin's equation divided by its measured variance of q.
+  double qq = 0.0, q1 = 0.0, one = 0.0, right_q = 0.0, right_1 = 0.0;
+  constexpr double kFewest = 12.0;
+  double most = 0.0;
+  for (const double n : cells) most = std::max(most, n);
+  for (std::size_t b = 0; b < kBins; ++b) {
+    if (cells[b] < std::min(kFewest, most)) continue;
+    const double q = sum_q[b] / cells[b];
+    const double variance = kC.noise_gain * kC.noise_gain * std::max(of_bin[b].quantile(kC.noise_quantile), 1e-16);
+    const double of_q = q * q * q * q / variance;
+    const double of_1 = 1.0 / variance;
+    qq += cells[b] * of_q * of_q;
+    q1 += cells[b] * of_q * of_1;
+    one += cells[b] * of_1 * of_1;
+    right_q += cells[b] * of_q;
+    right_1 += cells[b] * of_1;
+  }
+  if (one == 0.0) return {};
+  const double det = qq * one - q1 * q1;
+  double a = det > 1e-9 * qq * one ? (right_q * one - right_1 * q1) / det : 0.0;
+  double b = det > 1e-9 * qq * one ? (right_1 * qq - right_q * q1) / det : right_1 / one;
+  if (a < 0.0) a = 0.0, b = right_1 / one;
+  if (b < 0.0) b = 0.0, a = right_q / qq;
+  return {.constant_m = std::sqrt(a), .quadratic_per_m = std::sqrt(b)};
+}
+
+/// One sigma of `values` against the mean of a cell's two neighbours, in its row and in its column, as a share of its pixel
+/// noise, from the 30 % quantile; a plane has none.
+double second_difference(const Grid& grid, const AlignedVector<float>& values, GridBuffers& buffers) {
+  AlignedVector<float>& sample = buffers.sample;
   sample.clear();
   for_each_sampled_row(grid, [&](int first) {
     for (const int step : {1, grid.stride}) {
       const std::size_t size = sample.size();
       sample.resize(size + at(grid.columns));
-      kernels::measure_differences(&grid.n[at(first)], &values[at(first)], &grid.shape[at(first)], at(grid.columns), step, kFull,
-                                   &sample[size]);
+      kernels::measure_differences(&buffers.telling[at(first)], &values[at(first)], &grid.sigma[at(first)], at(grid.columns),
+                                   step, static_cast<float>(kC.least_measured), &sample[size]);
     }
   });
   // |x| of a normal x with sigma 1 is below 0.3853 in 30 % of all cases; the difference of three values has variance 1.5.
   constexpr double kToSigma = 1.0 / (0.3853 * 1.2247);
-  return kToSigma * static_cast<double>(quantile(sample, kC.noise_quantile));
+  return kToSigma * quantile(sample, kC.noise_quantile);
 }
 
-constexpr double kLeastSigma = 1e-3 * kKinectNoise_per_m;  // floats of rendered depth
+/// Squares of what the noise of inverse depth is at q = 1 / z.
+struct NoiseOfInverse {
+  explicit NoiseOfInverse(const DepthNoise& noise)
+      : fourth(static_cast<float>(noise.constant_m * noise.constant_m)),
+        second(static_cast<float>(noise.linear * noise.linear)),
+        none(static_cast<float>(noise.quadratic_per_m * noise.quadratic_per_m)) {}
+  [[nodiscard]] float at(float q) const {
+    const float qq = q * q;
+    return (fourth * qq + second) * qq + none;
+  }
+  float fourth, second, none;
+};
 
-/// Sets the shape of the noise over depth that the sensor is known for, 1 on average; returns what 1 stands for, per metre.
-double set_shape(const SensorModel& sensor, Grid& grid) {
-  if (sensor.kind == SensorKind::automatic) {
-    std::fill(grid.shape.begin(), grid.shape.end(), 1.0F);
-    return kKinectNoise_per_m;
-  }
-  double sum = 0.0;
-  double cells = 0.0;
-  for (std::size_t i = 0; i < grid.size(); ++i) {
-    const auto q = static_cast<double>(grid.q[i]);
-    const double sigma = q > 0.0 ? std::max(sensor.noise.sigma_m(1.0 / q) * q * q, kLeastSigma) : kLeastSigma;
-    grid.shape[i] = static_cast<float>(sigma);
-    if (!(q > 0.0)) continue;
-    sum += sigma;
-    cells += 1.0;
-  }
-  const double unit = cells > 0.0 ? sum / cells : kLeastSigma;
-  for (float& shape : grid.shape) shape /= static_cast<float>(unit);
-  return unit;
+DepthNoise times(const DepthNoise& noise, double factor) {
+  return {noise.constant_m * factor, noise.linear * factor, noise.quadratic_per_m * factor};
 }
 
-/// The noise of an unknown sensor is whatever the frame shows, within what depth cameras do; of a known one it is near the
-/// model's.
-Noise estimate_noise(const SensorModel& sensor, double unit, GridBuffers& buffers, const Grid& grid) {
-  AlignedVector<float>& sample = buffers.sample;
-  sample.clear();
-  for_each_sampled_row(grid, [&](int first) {
-    for (std::size_t i = at(first); i < at(first + grid.columns); ++i) {
-      const float scaled = grid.residual[i] / (grid.shape[i] * grid.shape[i]);
-      sample.push_back(grid.n[i] >= kFull ? scaled : kernels::kNone);
-    }
-  });
+/// Every cell's own noise: that of the flattest cell nearby, no less than the frame's, no more than what its sensor may have.
+void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& shown, GridBuffers& buffers, Grid& grid) {
   const bool known = sensor.kind != SensorKind::automatic;
-  Noise noise;
-  noise.pixel = std::clamp(kC.noise_gain * std::sqrt(static_cast<double>(quantile(sample, kC.noise_quantile))),
-                           known ? 0.25 * unit : kLeastSigma, (known ? 2.0 : 4.0) * unit);
-  noise.of_model = noise.pixel / unit;
-  const double mean = second_difference(grid, grid.q, sample);
-  const double slope = static_cast<double>(Grid::kHalfCell) *
-                       std::max(second_difference(grid, grid.du, sample), second_difference(grid, grid.dv, sample));
-  // Errors that are the same in all rows of a cell, as those of rounding are on a wall, leave 1 / sqrt(8) of the pixel's.
-  constexpr double kShared = 0.3536;
-  noise.shown = std::min(std::max(mean, slope), 3.0 * unit);
-  noise.cell = std::max(noise.shown, kShared * noise.pixel);
-  noise.slow = kC.slow_noise * noise.cell;
-  noise.bias_scale = known ? sensor.bias_m / kC.bias_m : std::clamp(noise.cell / kKinectNoise_per_m, kC.least_bias_scale, 1.0);
-  return noise;
-}
-
-/// Multiplies the shape by how much noisier than the frame the flattest cell nearby is.
-void add_local_noise(GridBuffers& buffers, Grid& grid) {
   AlignedVector<float>& least_residual = buffers.least_residual;
   least_residual.resize(grid.size());
   const auto lesser = [](float a, float b) { return a < b ? a : b; };  // std::min's references keep loops scalar
+  const auto greater = [](float a, float b) { return a > b ? a : b; };
   const auto stride = at(grid.stride);
   const std::size_t size = grid.size();
   const float* const __restrict residual = grid.residual.data();
@@ -187,38 +360,80 @@ void add_local_noise(GridBuffers& buffers, Grid& grid) {
   for (std::size_t i = stride; i < size - stride; ++i) {
     least[i] = lesser(lesser(residual[i - stride], residual[i]), residual[i + stride]);
   }
-  const auto scale = static_cast<float>(kC.noise_gain / grid.noise.pixel);
-  const auto most = static_cast<float>(kC.local_noise);
-  float* const __restrict shape = grid.shape.data();
-  for (std::size_t i = stride + 1; i < size - stride - 1; ++i) {
-    const float near = scale * std::sqrt(lesser(lesser(least[i - 1], least[i]), least[i + 1]));
-    const float bounded = lesser(near, most * shape[i]);
-    shape[i] = bounded > shape[i] ? bounded : shape[i];
+  std::fill_n(least_residual.begin(), stride, 0.0F);
+  std::fill_n(least_residual.end() - static_cast<std::ptrdiff_t>(stride), stride, 0.0F);
+  const auto gain = static_cast<float>(kC.noise_gain * kC.noise_gain);
+  const NoiseOfInverse frame(shown);
+  const NoiseOfInverse lowest(known ? times(sensor.noise, 0.25) : DepthNoise{.constant_m = step_m / std::sqrt(12.0)});
+  const NoiseOfInverse highest(known ? times(sensor.noise, 2.0)
+                                     : DepthNoise{.constant_m = kC.most_constant_m, .quadratic_per_m = 4.0 * kKinectNoise_per_m});
+  const NoiseOfInverse local(known ? times(sensor.noise, 2.0)
+                                   : DepthNoise{.constant_m = kC.local_constant_m, .quadratic_per_m = kKinectNoise_per_m});
+  const auto doubled = static_cast<float>(kC.local_noise * kC.local_noise);
+  constexpr auto kLeast = static_cast<float>(kLeastSigma * kLeastSigma);
+  const float* const __restrict q = grid.q.data();
+  float* const __restrict sigma = grid.sigma.data();
+  sigma[0] = sigma[size - 1] = std::sqrt(kLeast);
+  for (std::size_t i = 1; i < size - 1; ++i) {
+    const float near = gain * lesser(lesser(least[i - 1], least[i]), least[i + 1]);
+    const float low = greater(kLeast, lowest.at(q[i]));
+    const float usual = greater(low, lesser(frame.at(q[i]), highest.at(q[i])));
+    const float most = greater(doubled * usual, local.at(q[i]));
+    sigma[i] = std::sqrt(greater(usual, lesser(near, most)));
   }
+}
+
+/// The frame's errors that are not a cell's own.
+Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, GridBuffers& buffers, const Grid& grid) {
+  const bool known = sensor.kind != SensorKind::automatic;
+  Noise noise;
+  const double mean = second_difference(grid, buffers.centred, buffers);
+  const double slope = static_cast<double>(Grid::kHalfCell) *
+                       std::max(second_difference(grid, grid.du, buffers), second_difference(grid, grid.dv, buffers));
+  // Errors that are the same in all rows of a cell, as those of rounding are on a wall, leave 1 / sqrt(8) of the pixel's.
+  constexpr double kShared = 0.3536;
+  constexpr double kMost = 3.0;
+  noise.shown = std::min(std::max(mean, slope), kMost);
+  noise.cell = std::max(noise.shown, kShared);
+  noise.slow = given.slow.value_or(kC.slow_noise * noise.cell);
+  // Rendered depth is not bent. Its cells agree to a small part of what any sensor's do.
+  double sum = 0.0;
+  double cells = 0.0;
+  for_each_sampled_row(grid, [&](int first) {
+    for (std::size_t i = at(first); i < at(first + grid.columns); ++i) {
+      if (grid.n[i] == 0.0F) continue;
+      sum += std::log(static_cast<double>(grid.sigma[i]));
+      cells += 1.0;
+    }
+  });
+  const double typical = cells > 0.0 ? std::exp(sum / cells) : kLeastSigma;
+  const double exact = std::clamp(noise.cell * typical / (kC.exact_noise * kKinectNoise_per_m), kC.least_bias_scale, 1.0);
+  noise.bias_m = given.bias_m.value_or(known ? sensor.bias_m : exact * kC.bias_m);
+  noise.bias_scale = noise.bias_m / kC.bias_m;
+  return noise;
 }
 
 void find_usable(Grid& grid) {
   const auto square = [](double x) { return static_cast<float>(x * x); };
-  const float usable_noise = square(kC.usable_k * grid.noise.pixel);
+  const float usable_noise = square(kC.usable_k);
   const float usable_length = square(kC.usable_m * grid.noise.bias_scale) + square(kC.flat_in_cell_m);
   const float grow_noise = square(kC.grow_k * grid.noise.cell);
   const float grow_length = square(kC.bias_m * grid.noise.bias_scale) + square(kC.flat_m);
-  const auto pixel = static_cast<float>(grid.noise.pixel);
   const auto most = static_cast<float>(kC.most_sigma_m);
   const float* const __restrict n = grid.n.data();
   const float* const __restrict q = grid.q.data();
-  const float* const __restrict shape = grid.shape.data();
+  const float* const __restrict sigma = grid.sigma.data();
   const float* const __restrict residual = grid.residual.data();
   float* const __restrict slack = grid.slack.data();
   std::uint8_t* const __restrict usable = grid.usable.data();
   const std::size_t size = grid.size();
   for (std::size_t i = 0; i < size; ++i) {
-    const float squared_shape = shape[i] * shape[i];
+    const float variance = sigma[i] * sigma[i];
     const float squared_q = q[i] * q[i];
     const float fourth = squared_q * squared_q;
-    slack[i] = grow_noise * squared_shape + grow_length * fourth;
-    const bool flat = residual[i] <= usable_noise * squared_shape + usable_length * fourth;
-    const bool near = pixel * shape[i] <= most * squared_q;
+    slack[i] = grow_noise * variance + grow_length * fourth;
+    const bool flat = residual[i] <= usable_noise * variance + usable_length * fourth;
+    const bool near = sigma[i] <= most * squared_q;
     usable[i] = static_cast<std::uint8_t>(static_cast<int>(n[i] > 0.0F) & static_cast<int>(flat) & static_cast<int>(near));
   }
 }
@@ -235,9 +450,9 @@ void pack(const std::uint8_t* bytes, std::size_t cells, std::uint64_t* set) {
 void find_links(const Grid& grid, const kernels::CellLinkLimits& limits, Grid::Links& links) {
   for (int r = 0; r < grid.rows; ++r) {
     const int i = grid.index(r, 0);
-    const float* const shape = &grid.shape[at(i)];
-    kernels::find_links(grid.arrays(i), shape, at(grid.columns), 1, limits, &links.right[at(r) * grid.words]);
-    kernels::find_links(grid.arrays(i), shape, at(grid.columns), grid.stride, limits, &links.down[at(r) * grid.words]);
+    const float* const sigma = &grid.sigma[at(i)];
+    kernels::find_links(grid.arrays(i), sigma, at(grid.columns), 1, limits, &links.right[at(r) * grid.words]);
+    kernels::find_links(grid.arrays(i), sigma, at(grid.columns), grid.stride, limits, &links.down[at(r) * grid.words]);
   }
   const std::vector<std::uint64_t>& usable = grid.usable_set;
   for (std::size_t i = 0; i < usable.size(); ++i) {
@@ -249,7 +464,7 @@ void find_links(const Grid& grid, const kernels::CellLinkLimits& limits, Grid::L
   }
 }
 
-void find_links(const Camera& camera, Grid& grid) {
+void find_links_of_frame(Grid& grid) {
   const auto square = [](double x) { return static_cast<float>(x * x); };
   for (int r = 0; r < grid.rows; ++r) {
     pack(&grid.usable[at(grid.index(r, 0))], at(grid.columns), &grid.usable_set[at(r) * grid.words]);
@@ -268,9 +483,9 @@ void find_links(const Camera& camera, Grid& grid) {
   find_links(grid,
              {.jump_noise = jump_noise,
               .jump_m = square(kC.jump_m),
-              .slope_u = static_cast<float>(camera.fx),
-              .slope_v = static_cast<float>(camera.fy),
-              .bend_noise = square(kC.bend_k * grid.noise.cell * camera.fx / static_cast<double>(Grid::kHalfCell)),
+              .slope_u = static_cast<float>(grid.camera.fx),
+              .slope_v = static_cast<float>(grid.camera.fy),
+              .bend_noise = square(kC.bend_k * grid.noise.cell * grid.camera.fx / static_cast<double>(Grid::kHalfCell)),
               .bend_m = 0.0F,
               .bend_rad = square(kC.slight_bend)},
              grid.smooth);
@@ -299,27 +514,44 @@ std::optional<PlaneFit> fit(const Moments& m) {
   return f;
 }
 
-template <class Raw>
-std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const SensorModel& sensor,
-                          int threads, GridBuffers& buffers, Grid& grid) {
-  resize(view.width(), view.height(), grid);
-  clear_border(grid);
-  buffers.measured.resize(at(grid.rows));
-  parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) {
-    for_each_cell_row(task, grid.rows,
-                      [&](int row) { buffers.measured[at(row)] = measure_row(image, row, view.metres_per_unit(), grid); });
-  });
-  const double unit = set_shape(sensor, grid);
-  grid.noise = estimate_noise(sensor, unit, buffers, grid);
-  add_local_noise(buffers, grid);
-  find_usable(grid);
-  find_links(camera, grid);
-  return std::accumulate(buffers.measured.begin(), buffers.measured.end(), std::size_t{0});
+Sampling sampling_of(const Camera& camera) {
+  Sampling sampling;
+  // A Kinect's pixel is one sample, by angle and as a share of the image, whichever makes finer cells.
+  constexpr double kPixels = 640.0 * 480.0;
+  const double pixels = std::sqrt(static_cast<double>(camera.width) * camera.height / kPixels);
+  const double ratio = std::min(std::sqrt(camera.fx * camera.fy) / kFocalLength_px, pixels);
+  const double half = std::sqrt(2.0);
+  while (sampling.merged < kMostMerged && ratio / sampling.merged > half) sampling.merged *= 2;
+  while (sampling.copies < kMostCopies && ratio * sampling.copies * 1.6 < 1.0) sampling.copies *= 2;
+  return sampling;
 }
 
-template std::size_t measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const SensorModel&, int,
+template <class Raw>
+std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const SensorModel& sensor,
+                          const SensorOptions& given, int threads, GridBuffers& buffers, Grid& grid) {
+  resize(view, camera, grid);
+  clear_border(grid);
+  buffers.tasks.resize(std::max(buffers.tasks.size(), at(grid.rows)));
+  parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) {
+    for_each_cell_row(task, grid.rows,
+                      [&](int row) { measure_row(image, row, view.metres_per_unit(), buffers.tasks[at(row)], grid); });
+  });
+  const double step = view.format() == DepthFormat::uint16 ? static_cast<double>(view.metres_per_unit()) : 0.0;
+  find_telling(buffers, grid);
+  const DepthNoise shown = measure_pixel_noise(buffers, grid);
+  set_sigmas(sensor, step, shown, buffers, grid);
+  grid.noise = estimate_noise(sensor, given, buffers, grid);
+  grid.noise.pixel = shown;
+  find_usable(grid);
+  find_links_of_frame(grid);
+  std::size_t measured = 0;
+  for (int row = 0; row < grid.rows; ++row) measured += buffers.tasks[at(row)].measured;
+  return measured;
+}
+
+template std::size_t measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const SensorModel&, const SensorOptions&, int,
                                    GridBuffers&, Grid&);
-template std::size_t measure_cells(const ImageRows<float>&, const DepthView&, const Camera&, const SensorModel&, int,
+template std::size_t measure_cells(const ImageRows<float>&, const DepthView&, const Camera&, const SensorModel&, const SensorOptions&, int,
                                    GridBuffers&, Grid&);
 
 }  // namespace fransac::cells

@@ -19,7 +19,7 @@
 
 namespace fransac::cells {
 
-/// q = du * u + dv * v + base, per metre; u and v count pixels from the image's centre.
+/// q = du * u + dv * v + base, per metre; u and v count samples from the image's centre.
 struct InversePlane {
   double du = 0.0;
   double dv = 0.0;
@@ -80,27 +80,41 @@ struct PlaneFit {
 /// Nothing when the pixels lie on a line.
 std::optional<PlaneFit> fit(const Moments& moments);
 
-/// What the frame's errors are, in inverse depth, per metre, where Grid::shape is 1.
+/// The frame's three errors. Pixel noise is each cell's own, Grid::sigma; the others are shares of it, and a length.
 struct Noise {
-  double pixel = 0.0;       ///< One sigma of a pixel.
-  double of_model = 1.0;    ///< The same as a multiple of the sensor's model.
-  double cell = 0.0;        ///< One sigma of a cell's mean and slopes (times half a cell) against its neighbours'.
-  double shown = 0.0;       ///< The same as the frame shows it; less than `cell` where pixels err independently.
-  double slow = 0.0;        ///< Errors that vary over many cells.
-  double bias_scale = 0.0;  ///< Lengths that stand for a sensor's bias are scaled by this.
+  DepthNoise pixel;    ///< One sigma of a pixel by depth, over the frame; what a cell's own is no less than.
+  double shown = 0.0;  ///< A cell's mean and slopes (times half a cell) differ from its neighbours' by this share, as seen.
+  double cell = 0.0;   ///< The same, as it is believed: no less than what errors make that all rows of a cell share.
+  double slow = 0.0;   ///< Slow noise: what many cells share, as a share of the pixel noise.
+  double bias_m = 0.0;      ///< How far a plane may be bent or shifted, metres.
+  double bias_scale = 0.0;  ///< bias_m as a share of what real sensors have.
 };
+
+/// Cells are 8 x 8 samples and see about the same angle whatever the image's size: a sample is a pixel of a Kinect's image, one
+/// of `copies` x `copies` equal parts of a larger pixel, or `merged` x `merged` smaller ones. One of the two is 1.
+struct Sampling {
+  int copies = 1;
+  int merged = 1;
+
+  /// Samples in the length of a pixel.
+  [[nodiscard]] double per_pixel() const { return static_cast<double>(copies) / merged; }
+  bool operator==(const Sampling&) const = default;
+};
+Sampling sampling_of(const Camera& camera);
 
 /// All arrays have a border of one cell without measurements, so that every cell has neighbours.
 class Grid {
  public:
+  Sampling sampling;
+  Camera camera;    ///< Of the samples; without a size, which need not be whole.
   int columns = 0;  ///< Without the border.
   int rows = 0;
   int stride = 0;
-  int width = 0;  ///< Of the image, pixels.
-  int height = 0;
+  double width = 0.0;  ///< Of the image, samples.
+  double height = 0.0;
 
   AlignedVector<float> n, u, v, q, uu, uv, vv, du, dv, residual;  ///< As kernels::CellMoments; u, v from the image's centre.
-  AlignedVector<float> shape;                                     ///< The noise of this cell relative to the frame's.
+  AlignedVector<float> sigma;                                     ///< Pixel noise of this cell: one sigma of q, per metre.
   AlignedVector<float> slack;                                     ///< Square of what a member of a region may be off, per metre.
   AlignedVector<std::uint8_t> usable;
   // Sets of cells without the border: a bit each, rows of `words` words.
@@ -164,14 +178,20 @@ class Grid {
 
 /// Memory of measure_cells.
 struct GridBuffers {
-  AlignedVector<float> sample;        ///< Some are kernels::kNone.
-  std::vector<std::size_t> measured;  ///< Per row of cells.
+  AlignedVector<float> sample;          ///< Some are kernels::kNone.
+  AlignedVector<float> telling;         ///< Per cell: measurements of those that tell something of noise, else 0.
+  AlignedVector<float> centred;         ///< Per cell: inverse depth at its centre.
   AlignedVector<float> least_residual;
+  struct Task {
+    std::size_t measured;         ///< Pixels of a row of cells.
+    AlignedVector<float> parts;   ///< Moments of the cells of 8 x 8 pixels that are merged.
+  };
+  std::vector<Task> tasks;  ///< Per row of cells.
 };
 
 /// Fills the grid: cells, noise, usable cells, links. Returns how many pixels were measured.
 template <class Raw>
 std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const SensorModel& sensor,
-                          int threads, GridBuffers& buffers, Grid& grid);
+                          const SensorOptions& given, int threads, GridBuffers& buffers, Grid& grid);
 
 }  // namespace fransac::cells

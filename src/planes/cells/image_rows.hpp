@@ -31,15 +31,20 @@ struct ImageRowsBuffers {
   }
 };
 
-/// Where each pixel row is: in the image itself where it can stay there, else in a copy. Below the image are rows of zeros.
+/// Where each pixel row is: in the image itself where it can stay there, else in a copy, with every pixel `copies` times in both
+/// directions. Below the image are rows of zeros.
 template <class Raw>
 class ImageRows {
  public:
-  ImageRows(const DepthRows<Raw>& rows, int threads, ImageRowsBuffers& buffers) : rows_(buffers.rows) {
-    const auto height = static_cast<std::size_t>(rows.height());
-    const std::size_t cell_rows = (height + kernels::kCell - 1) / kernels::kCell;
-    const std::size_t width = rows.padded_width();
-    const std::size_t copied = rows.stays_in_place() ? 0 : height;
+  /// `multiple` rows of cells belong together; there are whole ones of those.
+  ImageRows(const DepthRows<Raw>& rows, int copies, int multiple, int threads, ImageRowsBuffers& buffers) : rows_(buffers.rows) {
+    const auto repeat = static_cast<std::size_t>(copies);
+    const std::size_t height = static_cast<std::size_t>(rows.height()) * repeat;
+    const std::size_t together = static_cast<std::size_t>(multiple) * kernels::kCell;
+    const std::size_t cell_rows = (height + together - 1) / together * static_cast<std::size_t>(multiple);
+    const std::size_t block = std::max(together, kernels::kBlock);
+    const std::size_t width = (rows.width() * repeat + block - 1) / block * block;
+    const std::size_t copied = rows.stays_in_place() && repeat == 1 && width == rows.width() ? 0 : height;
     AlignedVector<Raw>& copy = buffers.values<Raw>();
     copy.resize((copied + 1) * width);  // and a row of zeros
     std::fill(copy.end() - static_cast<std::ptrdiff_t>(width), copy.end(), Raw{0});
@@ -52,9 +57,15 @@ class ImageRows {
     parallel_for(threads, cell_rows, [&](std::size_t r) {
       DepthRowBuffer& buffer = buffers.work[r];
       for (std::size_t v = r * kernels::kCell; v < std::min((r + 1) * kernels::kCell, height); ++v) {
-        const Raw* const kept = rows.row(static_cast<int>(v), buffer).kept;
-        std::copy(kept, kept + width, copy.data() + v * width);
-        rows_[v] = copy.data() + v * width;
+        const Raw* const kept = rows.row(static_cast<int>(v / repeat), buffer).kept;
+        Raw* const out = copy.data() + v * width;
+        if (repeat == 1) {
+          std::copy(kept, kept + rows.width(), out);
+        } else {
+          for (std::size_t u = 0; u < rows.width(); ++u) std::fill_n(out + u * repeat, repeat, kept[u]);
+        }
+        std::fill(out + rows.width() * repeat, out + width, Raw{0});
+        rows_[v] = out;
       }
     });
   }

@@ -16,42 +16,59 @@ namespace {
 constexpr const Constants& kC = kConstants;
 using kernels::kCell;
 
-/// A plane as a row of cells sees it.
+/// A plane as a row of cells of 8 x 8 pixels sees it. Copies of a pixel are asked about its centre, from their first.
 kernels::CellPlane cell_plane(const InversePlane& plane, const Grid& grid, int row, std::uint8_t label) {
-  const double u = -0.5 * grid.width;
-  const double v = row * kCell - 0.5 * grid.height;
-  return {static_cast<float>(plane.at(u, v)), static_cast<float>(plane.du), static_cast<float>(plane.dv), label};
+  const auto [copies, merged] = grid.sampling;
+  const double step = 1.0 / merged;
+  const double first = 0.5 * step - 0.5 + 0.5 * (copies - 1);
+  const double u = first - 0.5 * grid.width;
+  const double v = first + row * kCell * step - 0.5 * grid.height;
+  return {static_cast<float>(plane.at(u, v)), static_cast<float>(plane.du * step), static_cast<float>(plane.dv * step), label};
 }
 
-/// What pixels may be off: their noise and slow errors, and how flat a plane has to be.
-class Tolerance {
- public:
-  Tolerance(const Grid& grid, AlignedVector<float>& per_cell) : grid_(grid), per_cell_(per_cell) {
-    const auto sigma = static_cast<float>(kC.pixel_k * std::hypot(grid.noise.pixel, grid.noise.slow));
-    per_cell.resize(grid.size());
-    for (std::size_t i = 0; i < grid.size(); ++i) per_cell[i] = sigma * grid.shape[i];
-    floor_m_ = static_cast<float>(std::hypot(kC.pixel_m * grid.noise.bias_scale, kC.flat_m));
-  }
-  [[nodiscard]] kernels::CellTolerance row(int row) const { return {per_cell_.data() + grid_.index(row, 0), floor_m_}; }
+/// What pixels may be off: their noise and slow errors, what the sensor bends, and how flat a plane has to be.
+float floor_m(const Noise& noise) { return static_cast<float>(std::hypot(kC.pixel_m * noise.bias_scale, kC.flat_m)); }
 
- private:
-  const Grid& grid_;
-  const AlignedVector<float>& per_cell_;
-  float floor_m_;
-};
+/// The grid's cells, each as its `merged` x `merged` parts.
+void make_cells(const Grid& grid, const Regions& regions, PixelCells& cells) {
+  const int merged = grid.sampling.merged;
+  cells.columns = grid.columns * merged;
+  cells.rows = grid.rows * merged;
+  cells.stride = cells.columns + 2;
+  cells.owner.assign(cells.size(), kNobody);
+  cells.tolerance.assign(cells.size() + Grid::kPadding, 0.0F);
+  cells.q.assign(cells.size() + Grid::kPadding, 0.0F);
+  const auto sigma = static_cast<float>(kC.pixel_k * std::hypot(1.0, grid.noise.slow));
+  for (int r = 0; r < cells.rows; ++r) {
+    const std::size_t from = at(grid.index(r / merged, 0));
+    const std::size_t to = at(cells.index(r, 0));
+    if (merged == 1) {
+      std::copy_n(&regions.owner[from], cells.columns, &cells.owner[to]);
+      std::copy_n(&grid.q[from], cells.columns, &cells.q[to]);
+      for (std::size_t c = 0; c < at(cells.columns); ++c) cells.tolerance[to + c] = sigma * grid.sigma[from + c];
+      continue;
+    }
+    for (int c = 0; c < cells.columns; ++c) {
+      const std::size_t i = from + at(c / merged);
+      cells.owner[to + at(c)] = regions.owner[i];
+      cells.tolerance[to + at(c)] = sigma * grid.sigma[i];
+      cells.q[to + at(c)] = grid.q[i];
+    }
+  }
+}
 
 /// Written so that compilers make vector code of it.
-void find_range(const Grid& grid, const AlignedVector<std::int16_t>& owner, OwnerRange& range) {
+void find_range(const PixelCells& cells, OwnerRange& range) {
   static_assert(kNobody == -1);  // and so less than any region, and more with its sign taken away
   constexpr auto kNoSign = std::int16_t{0x7fff};
   const auto least = [](std::int16_t a, std::int16_t b, std::int16_t c) { return std::min(std::min(a, b), c); };
   const auto greatest = [](std::int16_t a, std::int16_t b, std::int16_t c) { return std::max(std::max(a, b), c); };
   const auto unsign = [](std::int16_t region) { return static_cast<std::int16_t>(region & kNoSign); };
   for (auto* const values : {&range.least_of_row, &range.greatest_of_row, &range.least, &range.greatest})
-    values->resize(grid.size());
-  const auto stride = at(grid.stride);
-  const std::size_t size = grid.size();
-  const std::int16_t* const __restrict o = owner.data();
+    values->resize(cells.size());
+  const auto stride = at(cells.stride);
+  const std::size_t size = cells.size();
+  const std::int16_t* const __restrict o = cells.owner.data();
   std::int16_t* const __restrict low = range.least_of_row.data();
   std::int16_t* const __restrict high = range.greatest_of_row.data();
   for (std::size_t i = 1; i < size - 1; ++i) {
@@ -71,23 +88,21 @@ void find_range(const Grid& grid, const AlignedVector<std::int16_t>& owner, Owne
 template <class Raw>
 class Flood {
  public:
-  Flood(const ImageRows<Raw>& image, float metres_per_unit, const Grid& grid, const Regions& regions, const Tolerance& tolerance,
-        LabelPixelBuffers& buffers)
-      : image_(image), metres_per_unit_(metres_per_unit), grid_(grid), regions_(regions), tolerance_(tolerance), b_(buffers) {}
+  Flood(const ImageRows<Raw>& image, float metres_per_unit, const Grid& grid, const Regions& regions, LabelPixelBuffers& buffers)
+      : image_(image), metres_per_unit_(metres_per_unit), grid_(grid), regions_(regions), b_(buffers), cells_(buffers.cells) {}
 
   void run(const std::vector<std::uint8_t>& label_of_region) {
-    b_.spread = regions_.owner;
     b_.queue.clear();
     bool all = true;  // most often
     for (std::size_t g = 0; g < regions_.list.size(); ++g) all = all && (label_of_region[g] != 0 || !regions_.list[g].alive);
-    for (std::int16_t& owner : b_.spread) {
+    for (std::int16_t& owner : cells_.owner) {
       if (!all && owner != kNobody && label_of_region[at(owner)] == 0) owner = kNobody;
     }
-    const std::int16_t* const o = b_.spread.data();
-    for (int r = 0; r < grid_.rows; ++r) {
-      for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
+    const std::int16_t* const o = cells_.owner.data();
+    for (int r = 0; r < cells_.rows; ++r) {
+      for (int i = cells_.index(r, 0); i < cells_.index(r, cells_.columns); ++i) {
         // Somebody's cell beside one of nobody's, whose number is the only negative one.
-        if (o[i] >= 0 && (o[i - 1] | o[i + 1] | o[i - grid_.stride] | o[i + grid_.stride]) < 0) b_.queue.push_back(i);
+        if (o[i] >= 0 && (o[i - 1] | o[i + 1] | o[i - cells_.stride] | o[i + cells_.stride]) < 0) b_.queue.push_back(i);
       }
     }
     for (std::size_t head = 0; head < b_.queue.size(); ++head) spread_from(b_.queue[head]);
@@ -95,23 +110,25 @@ class Flood {
 
  private:
   void spread_from(int i) {
-    const std::int16_t owner = b_.spread[at(i)];
+    const std::int16_t owner = cells_.owner[at(i)];
     const InversePlane& plane = regions_.list[at(owner)].fit.plane;
-    for (int direction = 0; direction < 4; ++direction) {
-      const int j = i + grid_.step(direction);
-      if (b_.spread[at(j)] != kNobody) continue;
-      const int row = j / grid_.stride - 1;
-      const int column = j % grid_.stride - 1;
-      if (row < 0 || row >= grid_.rows || column < 0 || column >= grid_.columns) continue;
+    for (const int step : {1, cells_.stride, -1, -cells_.stride}) {
+      const int j = i + step;
+      if (cells_.owner[at(j)] != kNobody) continue;
+      const int row = j / cells_.stride - 1;
+      const int column = j % cells_.stride - 1;
+      if (row < 0 || row >= cells_.rows || column < 0 || column >= cells_.columns) continue;
       // A cell that is a plane by itself must be this plane.
-      if (grid_.usable[at(j)] != 0 &&
-          !grid_.distance(j, FloatPlane(plane)).within(static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(j)]))
+      const int whole = grid_.index(row / grid_.sampling.merged, column / grid_.sampling.merged);
+      if (grid_.usable[at(whole)] != 0 &&
+          !grid_.distance(whole, FloatPlane(plane)).within(static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(whole)]))
         continue;
-      const auto fits = kernels::cell_kernels<Raw>().fits(image_.cells(row), at(column), metres_per_unit_,
-                                                          cell_plane(plane, grid_, row, 0), tolerance_.row(row));
+      const auto fits = kernels::cell_kernels<Raw>().fits(
+          image_.cells(row), at(column), metres_per_unit_, cell_plane(plane, grid_, row, 0),
+          {cells_.tolerance.data() + cells_.index(row, 0), floor_m(grid_.noise)});
       constexpr std::uint32_t kLeast = 5;
       if (fits.fitting < kLeast || fits.fitting < kC.flood_share * fits.measured) continue;
-      b_.spread[at(j)] = owner;
+      cells_.owner[at(j)] = owner;
       b_.queue.push_back(j);
     }
   }
@@ -120,8 +137,8 @@ class Flood {
   float metres_per_unit_;
   const Grid& grid_;
   const Regions& regions_;
-  const Tolerance& tolerance_;
   LabelPixelBuffers& b_;
+  PixelCells& cells_;
 };
 
 /// The regions that may own pixels of a cell: those of its neighbours.
@@ -167,47 +184,56 @@ template <class Raw>
 class RowLabeller {
  public:
   RowLabeller(const ImageRows<Raw>& image, const DepthView& view, const Grid& grid, const Regions& regions,
-              const std::vector<std::uint8_t>& label_of_region, const Tolerance& tolerance,
-              const AlignedVector<std::int16_t>& owner, const OwnerRange& range)
+              const std::vector<std::uint8_t>& label_of_region, const PixelCells& cells, const OwnerRange& range)
       : image_(image),
         view_(view),
         grid_(grid),
         regions_(regions),
         label_of_region_(label_of_region),
-        tolerance_(tolerance),
-        owner_(owner),
+        cells_(cells),
         range_(range) {}
 
   void run(int row, LabelPixelBuffers::Task& task, std::uint8_t* labels) const {
-    const auto width = at(grid_.width);
-    const bool whole = width % kCell == 0;
-    const std::size_t room = at(grid_.columns) * kCell;
+    const auto width = at(view_.width());
+    const std::size_t room = at(cells_.columns) * kCell;
+    const auto copies = at(grid_.sampling.copies);
+    const bool whole = room == width;
     task.rows.resize(room * kCell);
     std::array<std::uint8_t*, kCell> out{};
     for (int k = 0; k < kCell; ++k) {
       const auto v = at(row * kCell + k);
-      out[at(k)] = whole && v < at(grid_.height) ? labels + v * width : task.rows.data() + at(k) * room;
+      out[at(k)] = whole && v < at(view_.height()) ? labels + v * width : task.rows.data() + at(k) * room;
     }
-    const kernels::CellRows<Raw> pixels = image_.cells(row);
-    std::array<Candidates, 2> candidates;
-    std::size_t now = 0;
-    candidates[now].set(owner_, range_, grid_.index(row, 0), grid_.stride);
-    for (int first = 0, end = 1; first < grid_.columns; first = end++) {
-      Candidates& next = candidates[1 - now];
-      for (; end < grid_.columns; ++end) {
-        next.set(owner_, range_, grid_.index(row, end), grid_.stride);
-        if (!(next == candidates[now])) break;
-      }
-      label(pixels, row, first, end, candidates[now], task, out.data());
-      now = 1 - now;
-    }
+    label_cells(row, task, out.data());
     if (whole) return;
-    for (int k = 0; k < std::min(kCell, grid_.height - row * kCell); ++k) {
-      std::memcpy(labels + at(row * kCell + k) * width, out[at(k)], width);
+    for (std::size_t k = 0; k < kCell; k += copies) {
+      const std::size_t v = (at(row) * kCell + k) / copies;
+      if (v >= at(view_.height())) return;
+      if (copies == 1) {
+        std::memcpy(labels + v * width, out[k], width);
+        continue;
+      }
+      for (std::size_t u = 0; u < width; ++u) labels[v * width + u] = out[k][u * copies];
     }
   }
 
  private:
+  void label_cells(int row, LabelPixelBuffers::Task& task, std::uint8_t* const* out) const {
+    const kernels::CellRows<Raw> pixels = image_.cells(row);
+    std::array<Candidates, 2> candidates;
+    std::size_t now = 0;
+    candidates[now].set(cells_.owner, range_, cells_.index(row, 0), cells_.stride);
+    for (int first = 0, end = 1; first < cells_.columns; first = end++) {
+      Candidates& next = candidates[1 - now];
+      for (; end < cells_.columns; ++end) {
+        next.set(cells_.owner, range_, cells_.index(row, end), cells_.stride);
+        if (!(next == candidates[now])) break;
+      }
+      label(pixels, row, first, end, candidates[now], task, out);
+      now = 1 - now;
+    }
+  }
+
   void label(const kernels::CellRows<Raw>& pixels, int row, int first, int end, const Candidates& candidates,
              LabelPixelBuffers::Task& task, std::uint8_t* const* out) const {
     const auto& kernel = kernels::cell_kernels<Raw>();
@@ -215,13 +241,14 @@ class RowLabeller {
     if (candidates.count == 0) return kernel.label_none(pixels, at(first), cells, out);
     std::array<kernels::CellPlane, kernels::kMostCandidates> planes;          // NOLINT(*-member-init): the first `count` are set
     std::array<kernels::CellRunEvidence, kernels::kMostCandidates> evidence;  // NOLINT(*-member-init)
-    task.counts.resize(kernels::kMostCandidates * at(grid_.columns) + Grid::kPadding);
+    task.counts.resize(kernels::kMostCandidates * at(cells_.columns) + Grid::kPadding);
     for (int k = 0; k < candidates.count; ++k) {
       const std::int16_t region = candidates.regions[at(k)];
       planes[at(k)] = cell_plane(regions_.list[at(region)].fit.plane, grid_, row, label_of_region_[at(region)]);
       evidence[at(k)].count = task.counts.data() + at(k) * cells;
     }
-    kernel.label(pixels, at(first), cells, view_.metres_per_unit(), planes.data(), at(candidates.count), tolerance_.row(row), out,
+    kernel.label(pixels, at(first), cells, view_.metres_per_unit(), planes.data(), at(candidates.count),
+                 {cells_.tolerance.data() + cells_.index(row, 0), floor_m(grid_.noise)}, out,
                  evidence.data());
     for (int k = 0; k < candidates.count; ++k) {
       const std::int16_t region = candidates.regions[at(k)];
@@ -236,9 +263,12 @@ class RowLabeller {
     sum.squared_residual += static_cast<double>(evidence.squared_residual);
     const double u = static_cast<double>(first) * kCell + 0.5 * (kCell - 1);
     const double v = row * kCell + 0.5 * (kCell - 1);
-    const auto on_plane = static_cast<float>(plane.at(u - 0.5 * grid_.width, v - 0.5 * grid_.height));
-    const kernels::PixelSums pixels = kernels::sum_pixels(evidence.count, &grid_.q[at(grid_.index(row, static_cast<int>(first)))],
-                                                          cells, on_plane, static_cast<float>(plane.du), 1.0F / kMaxDepth_m);
+    const double step = 1.0 / grid_.sampling.merged;
+    const double sample_u = (u + 0.5) * step - 0.5 - 0.5 * grid_.width;
+    const double sample_v = (v + 0.5) * step - 0.5 - 0.5 * grid_.height;
+    const kernels::PixelSums pixels = kernels::sum_pixels(
+        evidence.count, &cells_.q[at(cells_.index(row, static_cast<int>(first)))], cells,
+        static_cast<float>(plane.at(sample_u, sample_v)), static_cast<float>(plane.du * step), 1.0F / kMaxDepth_m);
     sum.count += static_cast<std::uint64_t>(pixels.n);
     const auto z = static_cast<double>(pixels.z);
     sum.area_m2 += static_cast<double>(pixels.zzz);
@@ -250,20 +280,36 @@ class RowLabeller {
   const Grid& grid_;
   const Regions& regions_;
   const std::vector<std::uint8_t>& label_of_region_;
-  const Tolerance& tolerance_;
-  const AlignedVector<std::int16_t>& owner_;
+  const PixelCells& cells_;
   const OwnerRange& range_;
 };
 
-/// From sums of z^3 and of (u z, v z, z) to square metres and points.
+/// From sums of z^3 and of (u z, v z, z) to square metres and points; `camera` is that of the pixels that were added up.
 void in_metres(const InversePlane& plane, const Grid& grid, const Camera& camera, PixelEvidence& sum) {
   // |n / d| of the plane n . p + d = 0, whose inverse depth is -n / d . ray
-  const double a = plane.du * camera.fx;
-  const double b = plane.dv * camera.fy;
-  const double c = plane.at(camera.cx - 0.5 * grid.width, camera.cy - 0.5 * grid.height);
+  const double a = plane.du * grid.camera.fx;
+  const double b = plane.dv * grid.camera.fy;
+  const double c = plane.at(grid.camera.cx - 0.5 * grid.width, grid.camera.cy - 0.5 * grid.height);
   sum.area_m2 *= std::sqrt(a * a + b * b + c * c) / (camera.fx * camera.fy);
   sum.sum[0] = (sum.sum[0] - camera.cx * sum.sum[2]) / camera.fx;
   sum.sum[1] = (sum.sum[1] - camera.cy * sum.sum[2]) / camera.fy;
+}
+
+/// Copies of pixels count as one pixel: as many as the labels show.
+void count_pixels(const std::vector<std::uint8_t>& label_of_region, const DepthView& view, const std::uint8_t* labels,
+                  std::vector<PixelEvidence>& evidence) {
+  std::array<std::uint64_t, 256> counts{};
+  for (std::size_t i = 0; i < view.size(); ++i) ++counts[labels[i]];
+  for (std::size_t g = 0; g < evidence.size(); ++g) {
+    PixelEvidence& e = evidence[g];
+    if (e.count == 0) continue;
+    const std::uint64_t pixels = counts[label_of_region[g]];
+    const double share = static_cast<double>(pixels) / static_cast<double>(e.count);
+    e.count = pixels;
+    e.squared_residual *= share;
+    e.area_m2 *= share;
+    e.sum *= share;
+  }
 }
 
 }  // namespace
@@ -280,24 +326,26 @@ template <class Raw>
 void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const Grid& grid,
                   const Regions& regions, const std::vector<std::uint8_t>& label_of_region, int threads,
                   LabelPixelBuffers& buffers, std::uint8_t* labels) {
-  const Tolerance tolerance(grid, buffers.tolerance);
-  Flood<Raw>(image, view.metres_per_unit(), grid, regions, tolerance, buffers).run(label_of_region);
-  find_range(grid, buffers.spread, buffers.range);
-  const RowLabeller<Raw> labeller(image, view, grid, regions, label_of_region, tolerance, buffers.spread, buffers.range);
-  const std::size_t tasks = cell_row_tasks(grid.rows);
+  make_cells(grid, regions, buffers.cells);
+  Flood<Raw>(image, view.metres_per_unit(), grid, regions, buffers).run(label_of_region);
+  find_range(buffers.cells, buffers.range);
+  const RowLabeller<Raw> labeller(image, view, grid, regions, label_of_region, buffers.cells, buffers.range);
+  const std::size_t tasks = cell_row_tasks(buffers.cells.rows);
   buffers.tasks.resize(std::max(buffers.tasks.size(), tasks));
   parallel_for(threads, tasks, [&](std::size_t i) {
     LabelPixelBuffers::Task& task = buffers.tasks[i];
     task.planes.assign(regions.list.size(), {});
-    for_each_cell_row(i, grid.rows, [&](int row) { labeller.run(row, task, labels); });
+    for_each_cell_row(i, buffers.cells.rows, [&](int row) { labeller.run(row, task, labels); });
   });
   buffers.evidence.assign(regions.list.size(), {});
   for (std::size_t i = 0; i < tasks; ++i) {
     for (std::size_t g = 0; g < regions.list.size(); ++g) buffers.evidence[g] += buffers.tasks[i].planes[g];
   }
+  const bool copied = grid.sampling.copies > 1;
   for (std::size_t g = 0; g < regions.list.size(); ++g) {
-    in_metres(regions.list[g].fit.plane, grid, camera, buffers.evidence[g]);
+    in_metres(regions.list[g].fit.plane, grid, copied ? grid.camera : camera, buffers.evidence[g]);
   }
+  if (copied) count_pixels(label_of_region, view, labels, buffers.evidence);
 }
 
 template void label_pixels(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const Grid&, const Regions&,

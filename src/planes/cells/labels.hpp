@@ -31,12 +31,24 @@ struct OwnerRange {
   AlignedVector<std::int16_t> greatest;  ///< kNobody where there are none.
 };
 
+/// Cells of 8 x 8 pixels (or copies of pixels), whatever the grid's are, with a border of nobody's.
+struct PixelCells {
+  int columns = 0;
+  int rows = 0;
+  int stride = 0;
+  AlignedVector<std::int16_t> owner;  ///< After flooding; kNobody.
+  AlignedVector<float> tolerance;     ///< Of inverse depth, per metre.
+  AlignedVector<float> q;             ///< Inverse depth of the grid's cell.
+
+  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows + 2); }
+  [[nodiscard]] int index(int row, int column) const { return (row + 1) * stride + column + 1; }
+};
+
 /// Memory of label_pixels.
 struct LabelPixelBuffers {
-  AlignedVector<std::int16_t> spread;  ///< Owners after flooding.
+  PixelCells cells;
   OwnerRange range;
   std::vector<std::int32_t> queue;
-  AlignedVector<float> tolerance;
   struct Task {
     std::vector<PixelEvidence> planes;
     std::vector<std::uint8_t> rows;

@@ -2,6 +2,7 @@
 #include "planes/cells/merge.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -63,16 +64,11 @@ class Merger {
 
   /// Errors per region, and how regions meet.
   void measure_cells() {
-    b_.errors.assign(b_.alive.size(), {});
     for (int r = 0; r < grid_.rows; ++r) {
       for (int c = 0; c < grid_.columns; ++c) {
         const int i = grid_.index(r, c);
         if (regions_.owner[at(i)] == kNobody) continue;
         const int mine = b_.rank[at(regions_.owner[at(i)])];
-        const auto q = static_cast<double>(grid_.q[at(i)]);
-        const auto shape = static_cast<double>(grid_.shape[at(i)]);
-        b_.errors[at(mine)].shape += shape * shape;
-        b_.errors[at(mine)].q4 += q * q * q * q;
         look_across(i, mine, grid_.columns - 1 - c, 0, grid_.is_linked(r, c, 0));
         look_across(i, mine, grid_.rows - 1 - r, 1, grid_.is_linked(r, c, 1));
       }
@@ -101,7 +97,7 @@ class Merger {
       return static_cast<double>(values[at(j)]) - static_cast<double>(values[at(i)]);
     };
     const double jump = difference(grid_.q) - 0.5 * ((a.du + b.du) * difference(grid_.u) + (a.dv + b.dv) * difference(grid_.v));
-    const double shape = static_cast<double>(std::max(grid_.shape[at(i)], grid_.shape[at(j)]));
+    const double shape = static_cast<double>(std::max(grid_.sigma[at(i)], grid_.sigma[at(j)]));
     const double q = 0.5 * (static_cast<double>(grid_.q[at(i)]) + static_cast<double>(grid_.q[at(j)]));
     const double noise = kC.jump_k * grid_.noise.cell * shape;
     const double bias = kC.jump_m * grid_.noise.bias_scale * q * q;
@@ -113,8 +109,8 @@ class Merger {
     const double cells = region(p.a).cells + region(p.b).cells;
     const double noise = k * grid_.noise.slow;
     const double length = length_m * grid_.noise.bias_scale;
-    return (noise * noise * (b_.errors[at(p.a)].shape + b_.errors[at(p.b)].shape) +
-            length * length * (b_.errors[at(p.a)].q4 + b_.errors[at(p.b)].q4)) /
+    return (noise * noise * (region(p.a).variance + region(p.b).variance) +
+            length * length * (region(p.a).q4 + region(p.b).q4)) /
            cells;
   }
 
@@ -128,7 +124,7 @@ class Merger {
     const Region& small = a.cells >= b.cells ? b : a;
     const bool meet = border.length >= std::min(3.0, 0.5 * std::sqrt(small.cells));
     const double far = tolerance(p, kC.far_k, kC.far_m);
-    if (!meet && !predicts(large.fit, large.cells, small.fit, far)) return;
+    if (!meet && !predicts(large, small.fit, far)) return;
     Moments sum = a.moments;
     sum += b.moments;
     const auto joint = fit(sum);
@@ -143,13 +139,14 @@ class Merger {
   }
 
   /// Whether the large region's plane foretells the small one, as far as it can foretell anything there.
-  [[nodiscard]] bool predicts(const PlaneFit& large, int cells, const PlaneFit& small, double squared) const {
+  [[nodiscard]] bool predicts(const Region& region, const PlaneFit& small, double squared) const {
+    const PlaneFit& large = region.fit;
     const double u = small.u - large.u;
     const double v = small.v - large.v;
     const double det = large.uu * large.vv - large.uv * large.uv;
     const double leverage = (large.vv * u * u - 2.0 * large.uv * u * v + large.uu * v * v) / det;
-    const double slow = grid_.noise.slow * grid_.noise.slow;
-    const double variance = slow * kC.slow_cells / cells * (1.0 + leverage);
+    const double slow = std::pow(grid_.noise.slow * region.sigma(), 2);
+    const double variance = slow * kC.slow_cells / region.cells * (1.0 + leverage);
     if (variance > slow * kC.far_prediction_k * kC.far_prediction_k) return false;
     constexpr double kSigmas = 3.0;
     const double off = small.q - large.plane.at(small.u, small.v);
@@ -180,7 +177,7 @@ class Merger {
       ++between;
       if (!(grid_.n[at(i)] > 0.0F)) continue;
       const double q = joint.plane.at(static_cast<double>(grid_.u[at(i)]), static_cast<double>(grid_.v[at(i)]));
-      const double slack = std::hypot(k * static_cast<double>(grid_.shape[at(i)]), kLength_m * grid_.noise.bias_scale * q * q);
+      const double slack = std::hypot(k * static_cast<double>(grid_.sigma[at(i)]), kLength_m * grid_.noise.bias_scale * q * q);
       if (static_cast<double>(grid_.q[at(i)]) < q - slack) ++past;
     }
     return past > kC.seen_past * between;
@@ -204,8 +201,8 @@ class Merger {
     into.evidence = std::max(into.evidence, from.evidence);
     from.alive = false;
     b_.target[at(b)] = static_cast<std::int16_t>(a);
-    b_.errors[at(a)].shape += b_.errors[at(b)].shape;
-    b_.errors[at(a)].q4 += b_.errors[at(b)].q4;
+    into.variance += from.variance;
+    into.q4 += from.q4;
     pair(a, b).rise = kApart;
     for (int other = 0; other < count(); ++other) {
       if (other == a || other == b || !region(other).alive) continue;
@@ -309,6 +306,14 @@ class Reassigner {
     const kernels::CellSetSums sums = kernels::sum_cells(grid_.arrays(grid_.index(top, 0)), cells, rows, words_, plane);
     region.moments = moments_of(sums, plane);
     region.cells = sums.cells;
+    region.variance = region.q4 = 0.0;
+    for (int r = top; r <= bottom; ++r) {
+      for (std::size_t w = 0; w < words_; ++w) {
+        for (std::uint64_t bits = set(g)[at(r) * words_ + w]; bits != 0; bits &= bits - 1) {
+          region.add(grid_, grid_.index(r, static_cast<int>(w) * kernels::kWordBits + std::countr_zero(bits)));
+        }
+      }
+    }
     if (const auto again = fit(region.moments)) {
       region.fit = *again;
       region.alive = true;

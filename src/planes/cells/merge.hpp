@@ -27,11 +27,6 @@ struct MergeBuffers {
   std::vector<std::int16_t> alive;  ///< Index into Regions::list.
   std::vector<std::int16_t> rank;   ///< Index into `alive`.
   std::vector<Pair> pairs;          ///< a < b, row by row of the upper triangle.
-  struct Error {
-    double shape = 0.0;  ///< Sum of squares over cells.
-    double q4 = 0.0;     ///< Sum of q^4.
-  };
-  std::vector<Error> errors;
   std::vector<std::int16_t> target;
 };
 

@@ -48,7 +48,7 @@ Bend strongest_bend(double xx, double xy, double yy) {
 /// Tells planes from curved surfaces and from chance.
 class Judge {
  public:
-  Judge(const Grid& grid, const Camera& camera) : grid_(grid), camera_(camera) {}
+  explicit Judge(const Grid& grid) : grid_(grid), camera_(grid.camera) {}
 
   /// Whether a region may be a plane, or a piece of one; how evident it is.
   [[nodiscard]] std::optional<double> evidence_of_plane(const Region& region, const Spread& spread) const {
@@ -62,6 +62,9 @@ class Judge {
   }
 
  private:
+  /// One sigma of a cell's mean, of inverse depth.
+  [[nodiscard]] double cell_noise(const Region& region) const { return grid_.noise.cell * region.sigma(); }
+
   /// A surface of radius R bends q by 1 / (R f^2) per squared pixel, however far it is (docs/algorithms.md, "Curved surfaces").
   [[nodiscard]] bool is_curved(const Region& region, const kernels::CellSetShape& shape) const {
     // Least squares of the distances in 1, x, y, x^2/2, xy, y^2/2.
@@ -86,7 +89,7 @@ class Judge {
     // round for a cell to be flat.
     constexpr double kRoundest_m = 0.05;
     const double before = 1.0 / (kRoundest_m * camera_.fx * camera_.fy * kPerPixel * kPerPixel);
-    const double least_variance = std::pow(kC.curved_noise * grid_.noise.cell, 2);
+    const double least_variance = std::pow(kC.curved_noise * cell_noise(region), 2);
     for (int i = 3; i < 6; ++i) normal(i, i) += least_variance / (before * before);
     const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(normal);
     const Eigen::Matrix<double, 6, 1> solution = solver.solve(right);
@@ -107,14 +110,14 @@ class Judge {
     // The wider a surface curves, the more of its sag may be the sensor's.
     const double wide = std::max(1.0, std::pow(radius / kC.curved_radius_m, kC.curved_wide));
     const double length = kC.curved_m * grid_.noise.bias_scale * f.q * f.q;
-    return sag > wide * std::hypot(kC.curved_k * grid_.noise.cell, length);
+    return sag > wide * std::hypot(kC.curved_k * cell_noise(region), length);
   }
 
   /// How improbable it is that cells of unrelated surfaces agree this well, in nats (docs/algorithms.md, "Evidence").
   [[nodiscard]] double evidence(const Region& region, const kernels::CellSetShape& shape) const {
     constexpr double kSteepest = 1.73;  // surfaces are seen up to 60 degrees from the front
     const double prior = static_cast<double>(Grid::kHalfCell) * kSteepest * region.fit.q / camera_.fx;
-    const double least = 0.5 * grid_.noise.cell;
+    const double least = 0.5 * cell_noise(region);
     const double slope = std::max(std::sqrt(static_cast<double>(shape.slope) / (2.0 * region.cells)), least);
     const double off = std::max(std::sqrt(static_cast<double>(shape.off) / region.cells), least);
     return (region.cells - 1) * (2.0 * std::max(0.0, std::log(prior / slope)) + std::max(0.0, std::log(2.0 * prior / off)));
@@ -128,8 +131,8 @@ class Judge {
 
 class Grower {
  public:
-  Grower(const Grid& grid, const Camera& camera, RegionBuffers& buffers, Regions& regions)
-      : grid_(grid), b_(buffers), regions_(regions), spread_(grid, buffers.spread), judge_(grid, camera) {
+  Grower(const Grid& grid, RegionBuffers& buffers, Regions& regions)
+      : grid_(grid), b_(buffers), regions_(regions), spread_(grid, buffers.spread), judge_(grid) {
     regions.list.clear();
     regions.owner.assign(grid.size(), kNobody);
     b_.weight.assign(grid.size() + Grid::kPadding, 0.0F);
@@ -140,8 +143,8 @@ class Grower {
   void run(std::span<const ExpectedPlane> expected) {
     constexpr int kNear = 2;
     for (const ExpectedPlane& plane : expected) {
-      const int row = static_cast<int>((plane.v + 0.5 * grid_.height) / kernels::kCell);
-      const int column = static_cast<int>((plane.u + 0.5 * grid_.width) / kernels::kCell);
+      const int row = std::clamp(static_cast<int>((plane.v + 0.5 * grid_.height) / kernels::kCell), 0, grid_.rows - 1);
+      const int column = std::clamp(static_cast<int>((plane.u + 0.5 * grid_.width) / kernels::kCell), 0, grid_.columns - 1);
       const FloatPlane test(plane.plane);
       int best_row = -1;
       int best_column = 0;
@@ -182,11 +185,11 @@ class Grower {
   void find_seeds(const kernels::CellBlock& block) {
     b_.flatness.resize(grid_.size());
     const auto square = [](double x) { return static_cast<float>(x * x); };
-    const float usable_noise = square(kC.usable_k * grid_.noise.pixel);
+    const float usable_noise = square(kC.usable_k);
     const float usable_length = square(kC.usable_m * grid_.noise.bias_scale) + square(kC.flat_in_cell_m);
     for (int r = 0; r < grid_.rows; ++r) {
       const int i = grid_.index(r, 0);
-      kernels::measure_blocks(grid_.arrays(i), b_.weight.data() + i, grid_.shape.data() + i, at(grid_.columns), block,
+      kernels::measure_blocks(grid_.arrays(i), b_.weight.data() + i, grid_.sigma.data() + i, at(grid_.columns), block,
                               usable_noise, usable_length, b_.flatness.data() + i);
     }
     b_.candidates.resize(grid_.size());
@@ -270,6 +273,7 @@ class Grower {
     spread_.claim();
     spread_.for_each([&](int i) { b_.weight[at(i)] = 0.0F; });
     Region region{.moments = moments_, .fit = plane, .cells = cells_};
+    spread_.for_each([&](int i) { region.add(grid_, i); });
     const std::optional<double> evidence = judge_.evidence_of_plane(region, spread_);
     if (!evidence) return;
     region.evidence = *evidence;
@@ -298,9 +302,9 @@ void release_cells(Regions& regions) {
   }
 }
 
-void grow_regions(const Grid& grid, const Camera& camera, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
+void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
                   Regions& regions) {
-  Grower grower(grid, camera, buffers, regions);
+  Grower grower(grid, buffers, regions);
   grower.run(expected);
   for (const SeedBlock& block : seed_blocks()) grower.run(block);
 }

@@ -2,6 +2,8 @@
 /// Connected regions of cells that lie on one plane.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,8 +22,21 @@ struct Region {
   Moments moments;
   PlaneFit fit;
   int cells = 0;
+  double variance = 0.0;  ///< Sum over cells of Grid::sigma^2.
+  double q4 = 0.0;        ///< Sum over cells of q^4.
   double evidence = 0.0;  ///< Nats; of its most evident part.
   bool alive = true;
+
+  /// Adds a cell to the sums that are not moments.
+  void add(const Grid& grid, int cell) {
+    const auto i = static_cast<std::size_t>(cell);
+    const auto sigma = static_cast<double>(grid.sigma[i]);
+    const auto q = static_cast<double>(grid.q[i]);
+    variance += sigma * sigma;
+    q4 += q * q * q * q;
+  }
+  /// One sigma of a pixel, root mean square over the cells.
+  [[nodiscard]] double sigma() const { return std::sqrt(variance / std::max(cells, 1)); }
 };
 
 struct Regions {
@@ -51,7 +66,7 @@ struct ExpectedPlane {
 
 /// Grows regions from what is expected, then from the flattest places. Keeps those that are no pieces of curved surfaces and
 /// hardly chance: too little evident to be planes alone, some may be parts of one.
-void grow_regions(const Grid& grid, const Camera& camera, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
+void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
                   Regions& regions);
 
 }  // namespace fransac::cells
