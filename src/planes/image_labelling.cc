@@ -33,7 +33,7 @@ class ImagePlanes {
   const AlignedVector<ImagePlane>* planes_;
 };
 
-PlaneEvidence& operator+=(PlaneEvidence& sum, const kernels::RowEvidence& row) {
+PlaneSums& operator+=(PlaneSums& sum, const kernels::RowEvidence& row) {
   sum.count += row.count;
   sum.squared_distance += static_cast<double>(row.squared_distance);
   sum.cubed_depth += static_cast<double>(row.cubed_depth);
@@ -82,7 +82,7 @@ void run(const DepthRows<Raw>& rows, double threshold_m, bool labelled, int thre
   buffers.tasks.resize(std::max(tasks, buffers.tasks.size()));
   parallel_for(threads_for_rows(threads, rows.view().size()), tasks, [&](std::size_t i) {
     LabelTask& task = buffers.tasks[i];
-    task.evidence.assign(planes.size(), PlaneEvidence{});
+    task.evidence.assign(planes.size(), PlaneSums{});
     task.labels.assign(rows.padded_width(), kLabelNoDepth);
     const int first = static_cast<int>(i) * kRowsOfTask;
     for (int v = first; v < std::min(first + kRowsOfTask, rows.height()); ++v) {
@@ -93,7 +93,7 @@ void run(const DepthRows<Raw>& rows, double threshold_m, bool labelled, int thre
   const auto metres = static_cast<double>(rows.view().metres_per_unit());
   const double per_volume = metres * metres * metres / (rows.camera().fx * rows.camera().fy);
   for (std::size_t p = 0; p < planes.size(); ++p) {
-    PlaneEvidence sum;
+    PlaneSums sum;
     for (std::size_t i = 0; i < tasks; ++i) sum += buffers.tasks[i].evidence[p];
     PlaneSegment& segment = segmentation.planes[p];
     segment.inliers = sum.count;
@@ -104,7 +104,7 @@ void run(const DepthRows<Raw>& rows, double threshold_m, bool labelled, int thre
 
 }  // namespace
 
-PlaneEvidence& PlaneEvidence::operator+=(const PlaneEvidence& other) {
+PlaneSums& PlaneSums::operator+=(const PlaneSums& other) {
   count += other.count;
   squared_distance += other.squared_distance;
   cubed_depth += other.cubed_depth;

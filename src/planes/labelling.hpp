@@ -24,12 +24,12 @@ struct LabelRule {
 };
 
 /// Sums over the pixels of a plane.
-struct PlaneEvidence {
+struct PlaneSums {
   std::uint64_t count = 0;
   double squared_distance = 0.0;
   double cubed_depth = 0.0;  ///< In raw units.
 
-  PlaneEvidence& operator+=(const PlaneEvidence& other);
+  PlaneSums& operator+=(const PlaneSums& other);
 };
 
 /// One task's rows.
@@ -37,7 +37,7 @@ struct LabelTask {
   DepthRowBuffer row;
   AlignedVector<std::uint8_t> labels;
   std::vector<kernels::LabelPlane> planes;
-  std::vector<PlaneEvidence> evidence;
+  std::vector<PlaneSums> evidence;
 };
 
 struct LabelBuffers {

@@ -86,6 +86,8 @@ void number_regions(const Grid& grid, const SegmentOptions& options, Buffers& b,
     segment.id = static_cast<int>(g);  // for now
     segment.plane = plane->plane;
     segment.covariance = plane->covariance;
+    segment.confidence = region.confidence;
+    segment.evidence = region.evidence;
     segment.support = static_cast<std::uint64_t>(region.moments.n / std::pow(grid.sampling.per_pixel(), 2));
     segment.inliers = segment.support;
     segment.area_m2 = rough_area(region, plane->plane, grid.camera);
@@ -194,10 +196,10 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   result.bias_m = noise.bias_m;
   clock.end(Stage::cells);
   expect(b);
-  grow_regions(b.grid, b.expected, b.region_buffers, b.regions);
+  grow_regions(b.grid, b.expected, b.region_buffers, b.judge, b.regions);
   clock.end(Stage::regions);
   merge_regions(b.grid, b.merge, b.regions);
-  reassign_borders(b.grid, b.reassign, b.regions);
+  reassign_borders(b.grid, options.cells.min_confidence, b.reassign, b.judge, b.regions);
   clock.end(Stage::merge);
   number_regions(b.grid, options, b, result);
   label_pixels(image, depth, camera, b.grid, b.regions, b.labels, options.threads, b.pixels, result.labels.data());

@@ -7,6 +7,7 @@
 #include "fransac/planes/segment.hpp"
 #include "planes/cells/grid.hpp"
 #include "planes/cells/image_rows.hpp"
+#include "planes/cells/judge.hpp"
 #include "planes/cells/labels.hpp"
 #include "planes/cells/merge.hpp"
 #include "planes/cells/regions.hpp"
@@ -21,6 +22,7 @@ struct Buffers {
   Grid grid;
   RegionBuffers region_buffers;
   Regions regions;
+  JudgeBuffers judge;
   MergeBuffers merge;
   ReassignBuffers reassign;
   std::vector<PlaneSegment> wanted;     ///< By Workspace::expect.

@@ -33,15 +33,15 @@ namespace fransac::cells {
   X(grow_k, 4.0) X(grow_reach, 2.0)                                                                                             \
   X(least_cells, 9) X(least_cells_of_small_seed, 5)                                                                             \
   /* A region with less evidence, in nats, is no plane by itself. */                                                             \
-  X(least_evidence, 72)                                                                                                         \
+  X(least_evidence, 36) X(final_evidence, 60) X(most_turn, 0.3)                                                                                                         \
   /* With this share of it, a region may be a piece of a plane that is evident elsewhere. */                                    \
   X(piece_share, 0.5)                                                                                                           \
   /* Curved: a radius below this, by two sigma, and a sag that is more than noise. */                                           \
   X(curved_radius_m, 0.7) X(curved_wide, 2.0) X(curved_k, 0.35) X(curved_m, 0.002) X(curved_noise, 0.6)                                             \
   /* A patch of a curved surface: so much of its border goes on smoothly, bending by less than about ten degrees. */           \
-  X(smooth_share, 0.7) X(slight_bend, 0.17)                                                                                     \
+  X(smooth_share, 0.45) X(slight_bend, 0.17)                                                                                     \
   /* Merging neighbours without a jump; the wider one where the surface is smooth. */                                           \
-  X(near_k, 3.5) X(near_m, 0.002) X(near_smooth_m, 0.012)                                                                       \
+  X(step_m, 0.008) X(near_k, 3.5) X(near_m, 0.002) X(near_smooth_m, 0.012)                                                                       \
   /* Merging across what hides them: residual, prediction, correlation length of slow errors in cells, share seen past. */      \
   X(far_k, 2.5) X(far_m, 0.002) X(far_prediction_k, 8.0) X(slow_cells, 36) X(seen_past, 0.2)                                    \
   /* By area: what is known to 5 cm comes before what is not. */                                                                \

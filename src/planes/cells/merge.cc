@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "planes/cells/constants.hpp"
+#include "planes/cells/judge.hpp"
 #include "planes/cells/spread.hpp"
 
 namespace fransac::cells {
@@ -36,7 +37,6 @@ class Merger {
     for (std::int16_t& owner : regions_.owner) {
       if (owner != kNobody) owner = b_.alive[at(root(b_.rank[at(owner)]))];
     }
-    for (Region& region : regions_.list) region.alive = region.alive && region.evidence >= kC.least_evidence;
     release_cells(regions_);
   }
 
@@ -86,22 +86,33 @@ class Merger {
       if (other == mine) return;
       Border& border = pair(mine, other).border;
       ++border.length;
-      if (is_level(i, j, region(mine).fit.plane, region(other).fit.plane)) ++border.level;
+      const double jump = jump_between(i, j, region(mine).fit.plane, region(other).fit.plane);
+      const auto q = 0.5 * (static_cast<double>(grid_.q[at(i)]) + static_cast<double>(grid_.q[at(j)]));
+      const auto sigma = static_cast<double>(std::max(grid_.sigma[at(i)], grid_.sigma[at(j)]));
+      border.jump += mine < other ? jump : -jump;
+      border.variance += sigma * sigma;
+      border.q4 += q * q * q * q;
       if (k == 1 && linked) ++border.smooth;
       return;
     }
   }
 
-  [[nodiscard]] bool is_level(int i, int j, const InversePlane& a, const InversePlane& b) const {
+  /// By how much inverse depth jumps from one cell to another beyond what the two planes' mean slope makes.
+  [[nodiscard]] double jump_between(int i, int j, const InversePlane& a, const InversePlane& b) const {
     const auto difference = [&](const AlignedVector<float>& values) {
       return static_cast<double>(values[at(j)]) - static_cast<double>(values[at(i)]);
     };
-    const double jump = difference(grid_.q) - 0.5 * ((a.du + b.du) * difference(grid_.u) + (a.dv + b.dv) * difference(grid_.v));
-    const double shape = static_cast<double>(std::max(grid_.sigma[at(i)], grid_.sigma[at(j)]));
-    const double q = 0.5 * (static_cast<double>(grid_.q[at(i)]) + static_cast<double>(grid_.q[at(j)]));
-    const double noise = kC.jump_k * grid_.noise.cell * shape;
-    const double bias = kC.jump_m * grid_.noise.bias_scale * q * q;
-    return jump * jump <= noise * noise + bias * bias;
+    return difference(grid_.q) - 0.5 * ((a.du + b.du) * difference(grid_.u) + (a.dv + b.dv) * difference(grid_.v));
+  }
+
+  /// Whether a step runs along a border: its mean jump is more than slow noise and bias make. One or two pairs say nothing.
+  [[nodiscard]] bool is_step(const Border& border) const {
+    constexpr int kFewest = 3;
+    if (border.length < kFewest) return false;
+    const double mean = border.jump / border.length;
+    const double noise = 1.0 * grid_.noise.slow;
+    const double length = kC.step_m * grid_.noise.bias_scale;
+    return mean * mean > (noise * noise * border.variance + length * length * border.q4) / border.length;
   }
 
   /// Square of k of the slow errors plus a length, for the cells of two regions.
@@ -119,7 +130,7 @@ class Merger {
     const Region& a = region(p.a);
     const Region& b = region(p.b);
     const Border& border = p.border;
-    if (2 * border.level < border.length) return;
+    if (is_step(border)) return;
     const Region& large = a.cells >= b.cells ? a : b;
     const Region& small = a.cells >= b.cells ? b : a;
     const bool meet = border.length >= std::min(3.0, 0.5 * std::sqrt(small.cells));
@@ -198,7 +209,6 @@ class Merger {
     into.moments += from.moments;
     into.fit = *fit(into.moments);  // judge() has seen that there is one
     into.cells += from.cells;
-    into.evidence = std::max(into.evidence, from.evidence);
     from.alive = false;
     b_.target[at(b)] = static_cast<std::int16_t>(a);
     into.variance += from.variance;
@@ -209,8 +219,10 @@ class Merger {
       Pair& gone = pair(b, other);
       Pair& kept = pair(a, other);
       kept.border.length += gone.border.length;
-      kept.border.level += gone.border.level;
       kept.border.smooth += gone.border.smooth;
+      kept.border.variance += gone.border.variance;
+      kept.border.q4 += gone.border.q4;
+      kept.border.jump += (a < other) == (b < other) ? gone.border.jump : -gone.border.jump;
       gone.rise = kApart;
       judge(kept);
     }
@@ -244,6 +256,11 @@ class Reassigner {
     for (std::size_t g = 0; g < regions_.list.size(); ++g) {
       if (regions_.list[g].alive) fit_again(g);
     }
+  }
+
+  [[nodiscard]] CellSet cells(std::size_t region) {
+    const auto [top, bottom] = b_.rows[region];
+    return {set(region) + at(top) * words_, top, bottom};
   }
 
  private:
@@ -331,10 +348,19 @@ class Reassigner {
 
 void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
 
-void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions) {
+void reassign_borders(const Grid& grid, double least_confidence, ReassignBuffers& buffers, JudgeBuffers& judge_buffers,
+                      Regions& regions) {
   Reassigner reassigner(grid, buffers, regions);
   constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses; ++pass) reassigner.run();
+  const Judge judge(grid, judge_buffers);
+  for (std::size_t g = 0; g < regions.list.size(); ++g) {
+    Region& region = regions.list[g];
+    if (!region.alive) continue;
+    region.evidence = judge.look(region, reassigner.cells(g));
+    region.confidence = Judge::confidence(region.evidence);
+    region.alive = region.confidence >= least_confidence;
+  }
   release_cells(regions);
 }
 

@@ -14,9 +14,11 @@ namespace fransac::cells {
 struct MergeBuffers {
   /// How two regions meet.
   struct Border {
-    std::int32_t length = 0;  ///< Pairs of cells, at most two other cells apart.
-    std::int32_t level = 0;   ///< Of them without a jump between the two planes.
-    std::int32_t smooth = 0;  ///< Of them linked.
+    int length = 0;         ///< Pairs of cells.
+    int smooth = 0;         ///< of them linked.
+    double jump = 0.0;      ///< Sum of what inverse depth jumps by, from the region with the lower rank to the other.
+    double variance = 0.0;  ///< Sum of their pixels' variance, and
+    double q4 = 0.0;        ///< of q^4.
   };
   struct Pair {
     std::int32_t a;
@@ -48,6 +50,7 @@ struct ReassignBuffers {
 };
 
 /// Gives cells to the plane they fit best among those of their 3 x 3, and fits again, twice.
-void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions);
+void reassign_borders(const Grid& grid, double least_confidence, ReassignBuffers& buffers, JudgeBuffers& judge,
+                      Regions& regions);
 
 }  // namespace fransac::cells

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "planes/cells/regions.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,6 +10,7 @@
 #include <optional>
 
 #include "planes/cells/constants.hpp"
+#include "planes/cells/judge.hpp"
 #include "planes/cells/spread.hpp"
 
 namespace fransac::cells {
@@ -30,109 +30,10 @@ std::array<SeedBlock, 2> seed_blocks() {
       {{{3, 3, 1, 1, 7}, static_cast<int>(kC.least_cells)}, {{2, 2, 1, 1, 4}, static_cast<int>(kC.least_cells_of_small_seed)}}};
 }
 
-/// The direction in which a quadratic with second derivatives (xx, xy, yy) bends most.
-struct Bend {
-  double curvature;
-  Eigen::Vector2d direction;
-};
-Bend strongest_bend(double xx, double xy, double yy) {
-  const double mean = 0.5 * (xx + yy);
-  const double curvature = mean + std::copysign(std::hypot(0.5 * (xx - yy), xy), mean);
-  const Eigen::Vector2d a(curvature - yy, xy);
-  const Eigen::Vector2d b(xy, curvature - xx);
-  const Eigen::Vector2d& longer = a.squaredNorm() > b.squaredNorm() ? a : b;
-  const double norm = longer.norm();
-  return {curvature, norm > 0.0 ? Eigen::Vector2d(longer / norm) : Eigen::Vector2d::UnitX()};
-}
-
-/// Tells planes from curved surfaces and from chance.
-class Judge {
- public:
-  explicit Judge(const Grid& grid) : grid_(grid), camera_(grid.camera) {}
-
-  /// Whether a region may be a plane, or a piece of one; how evident it is.
-  [[nodiscard]] std::optional<double> evidence_of_plane(const Region& region, const Spread& spread) const {
-    const kernels::CellSetShape shape = spread.shape(about(region.fit.plane, region.fit.u, region.fit.v));
-    const double found = evidence(region, shape);
-    if (found < kC.piece_share * kC.least_evidence) return std::nullopt;
-    // Planes end at edges. Where the surface goes on smoothly, it is a curved one.
-    const Spread::Border border = spread.border();
-    if (border.smooth > kC.smooth_share * border.length || is_curved(region, shape)) return std::nullopt;
-    return found;
-  }
-
- private:
-  /// One sigma of a cell's mean, of inverse depth.
-  [[nodiscard]] double cell_noise(const Region& region) const { return grid_.noise.cell * region.sigma(); }
-
-  /// A surface of radius R bends q by 1 / (R f^2) per squared pixel, however far it is (docs/algorithms.md, "Curved surfaces").
-  [[nodiscard]] bool is_curved(const Region& region, const kernels::CellSetShape& shape) const {
-    // Least squares of the distances in 1, x, y, x^2/2, xy, y^2/2.
-    struct Term {
-      int x, y;
-      double factor;
-    };
-    constexpr std::array<Term, 6> kTerms{{{0, 0, 1.0}, {1, 0, 1.0}, {0, 1, 1.0}, {2, 0, 0.5}, {1, 1, 1.0}, {0, 2, 0.5}}};
-    // Where sums of x^i y^j stand, i + j <= degree.
-    const auto place = [](int x, int y, int degree) { return at(x + y * (degree + 1) - y * (y - 1) / 2); };
-    Eigen::Matrix<double, 6, 6> normal;
-    Eigen::Matrix<double, 6, 1> right;
-    for (int i = 0; i < 6; ++i) {
-      const Term& a = kTerms[at(i)];
-      for (int j = 0; j < 6; ++j) {
-        const Term& b = kTerms[at(j)];
-        normal(i, j) = a.factor * b.factor * static_cast<double>(shape.position[place(a.x + b.x, a.y + b.y, 4)]);
-      }
-      right[i] = a.factor * static_cast<double>(shape.offset[place(a.x, a.y, 2)]);
-    }
-    // A strip two cells wide says nothing of how it bends across: before looking, a bend is anything up to that of a surface too
-    // round for a cell to be flat.
-    constexpr double kRoundest_m = 0.05;
-    const double before = 1.0 / (kRoundest_m * camera_.fx * camera_.fy * kPerPixel * kPerPixel);
-    const double least_variance = std::pow(kC.curved_noise * cell_noise(region), 2);
-    for (int i = 3; i < 6; ++i) normal(i, i) += least_variance / (before * before);
-    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(normal);
-    const Eigen::Matrix<double, 6, 1> solution = solver.solve(right);
-    const double rest = std::max(0.0, static_cast<double>(shape.off) - solution.dot(right)) / std::max(1, region.cells - 6);
-    const double variance = std::max(rest, least_variance);
-    const Bend most = strongest_bend(solution[3], solution[4], solution[5]);
-    const Eigen::Vector2d& e = most.direction;
-    Eigen::Matrix<double, 6, 1> direction;
-    direction << 0.0, 0.0, 0.0, e[0] * e[0], 2.0 * e[0] * e[1], e[1] * e[1];
-    const double sigma = std::sqrt(std::max(0.0, variance * direction.dot(solver.solve(direction))));
-    const double bend = (std::abs(most.curvature) - 2.0 * sigma) * kPerPixel * kPerPixel;  // per squared pixel
-    if (!(bend > 0.0)) return false;
-    const PlaneFit& f = region.fit;
-    // A strip of uniform density has twelve times its variance as squared length.
-    const double squared_length = 12.0 * (e[0] * e[0] * f.uu + 2.0 * e[0] * e[1] * f.uv + e[1] * e[1] * f.vv);
-    const double sag = bend * squared_length / 8.0;  // of inverse depth
-    const double radius = 1.0 / (bend * camera_.fx * camera_.fy);
-    // The wider a surface curves, the more of its sag may be the sensor's.
-    const double wide = std::max(1.0, std::pow(radius / kC.curved_radius_m, kC.curved_wide));
-    const double length = kC.curved_m * grid_.noise.bias_scale * f.q * f.q;
-    return sag > wide * std::hypot(kC.curved_k * cell_noise(region), length);
-  }
-
-  /// How improbable it is that cells of unrelated surfaces agree this well, in nats (docs/algorithms.md, "Evidence").
-  [[nodiscard]] double evidence(const Region& region, const kernels::CellSetShape& shape) const {
-    constexpr double kSteepest = 1.73;  // surfaces are seen up to 60 degrees from the front
-    const double prior = static_cast<double>(Grid::kHalfCell) * kSteepest * region.fit.q / camera_.fx;
-    const double least = 0.5 * cell_noise(region);
-    const double slope = std::max(std::sqrt(static_cast<double>(shape.slope) / (2.0 * region.cells)), least);
-    const double off = std::max(std::sqrt(static_cast<double>(shape.off) / region.cells), least);
-    return (region.cells - 1) * (2.0 * std::max(0.0, std::log(prior / slope)) + std::max(0.0, std::log(2.0 * prior / off)));
-  }
-
-  static constexpr double kPerPixel = 1.0 / kernels::kCell;
-
-  const Grid& grid_;
-  const Camera& camera_;
-};
-
 class Grower {
  public:
-  Grower(const Grid& grid, RegionBuffers& buffers, Regions& regions)
-      : grid_(grid), b_(buffers), regions_(regions), spread_(grid, buffers.spread), judge_(grid) {
+  Grower(const Grid& grid, RegionBuffers& buffers, JudgeBuffers& judge, Regions& regions)
+      : grid_(grid), b_(buffers), regions_(regions), spread_(grid, buffers.spread), judge_(grid, judge) {
     regions.list.clear();
     regions.owner.assign(grid.size(), kNobody);
     b_.weight.assign(grid.size() + Grid::kPadding, 0.0F);
@@ -274,9 +175,8 @@ class Grower {
     spread_.for_each([&](int i) { b_.weight[at(i)] = 0.0F; });
     Region region{.moments = moments_, .fit = plane, .cells = cells_};
     spread_.for_each([&](int i) { region.add(grid_, i); });
-    const std::optional<double> evidence = judge_.evidence_of_plane(region, spread_);
-    if (!evidence) return;
-    region.evidence = *evidence;
+    region.evidence = judge_.look(region, spread_.set());
+    if (region.evidence.nats < kC.least_evidence || Judge::is_curved(region.evidence)) return;
     const auto id = static_cast<std::int16_t>(regions_.list.size());
     spread_.for_each([&](int i) { regions_.owner[at(i)] = id; });
     regions_.list.push_back(region);
@@ -303,8 +203,8 @@ void release_cells(Regions& regions) {
 }
 
 void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
-                  Regions& regions) {
-  Grower grower(grid, buffers, regions);
+                  JudgeBuffers& judge, Regions& regions) {
+  Grower grower(grid, buffers, judge, regions);
   grower.run(expected);
   for (const SeedBlock& block : seed_blocks()) grower.run(block);
 }

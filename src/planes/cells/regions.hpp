@@ -10,6 +10,7 @@
 
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/camera.hpp"
+#include "fransac/planes/segment.hpp"
 #include "planes/cells/grid.hpp"
 #include "planes/cells/spread.hpp"
 
@@ -24,7 +25,8 @@ struct Region {
   int cells = 0;
   double variance = 0.0;  ///< Sum over cells of Grid::sigma^2.
   double q4 = 0.0;        ///< Sum over cells of q^4.
-  double evidence = 0.0;  ///< Nats; of its most evident part.
+  PlaneEvidence evidence;
+  double confidence = 1.0;
   bool alive = true;
 
   /// Adds a cell to the sums that are not moments.
@@ -38,6 +40,8 @@ struct Region {
   /// One sigma of a pixel, root mean square over the cells.
   [[nodiscard]] double sigma() const { return std::sqrt(variance / std::max(cells, 1)); }
 };
+
+struct JudgeBuffers;
 
 struct Regions {
   std::vector<Region> list;
@@ -67,6 +71,6 @@ struct ExpectedPlane {
 /// Grows regions from what is expected, then from the flattest places. Keeps those that are no pieces of curved surfaces and
 /// hardly chance: too little evident to be planes alone, some may be parts of one.
 void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
-                  Regions& regions);
+                  JudgeBuffers& judge, Regions& regions);
 
 }  // namespace fransac::cells

@@ -188,36 +188,6 @@ kernels::CellSetSums Spread::sums(const kernels::CellSetPlane& about) const {
   return kernels::sum_cells(grid_.arrays(grid_.index(top_, 0)), &b_.reached[word(top_)], at(rows()), words_, about);
 }
 
-kernels::CellSetShape Spread::shape(const kernels::CellSetPlane& about) const {
-  return kernels::sum_shape(grid_.arrays(grid_.index(top_, 0)), &b_.reached[word(top_)], at(rows()), words_, about);
-}
-
-Spread::Border Spread::border() const {
-  Border border;
-  const auto count = [&](std::uint64_t sides, std::uint64_t smooth) {
-    border.length += std::popcount(sides);
-    border.smooth += std::popcount(sides & smooth);
-  };
-  constexpr int kLast = kernels::kWordBits - 1;
-  for (int r = top_; r <= bottom_; ++r) {
-    const std::uint64_t* const set = &b_.reached[word(r)];
-    const std::uint64_t* const right = &grid_.smooth.right[word(r)];
-    for (std::size_t w = 0; w < words_; ++w) {
-      if (set[w] == 0) continue;
-      const std::uint64_t before = w > 0 ? set[w - 1] >> kLast : 0;
-      const std::uint64_t smooth_before = w > 0 ? right[w - 1] >> kLast : 0;
-      const std::uint64_t after = w + 1 < words_ ? set[w + 1] << kLast : 0;
-      const std::uint64_t above = r > top_ ? set[static_cast<std::ptrdiff_t>(w) - static_cast<std::ptrdiff_t>(words_)] : 0;
-      const std::uint64_t below = r < bottom_ ? set[w + words_] : 0;
-      count(set[w] & ~(set[w] << 1 | before), right[w] << 1 | smooth_before);
-      count(set[w] & ~(set[w] >> 1 | after), right[w]);
-      count(set[w] & ~above, r > 0 ? grid_.smooth.down[word(r - 1) + w] : 0);
-      count(set[w] & ~below, grid_.smooth.down[word(r) + w]);
-    }
-  }
-  return border;
-}
-
 void Spread::claim() {
   for (std::size_t i = word(top_); i < word(bottom_ + 1); ++i) b_.free[i] &= ~b_.reached[i];
 }

@@ -26,6 +26,15 @@ inline std::uint64_t bits_between(int first, int last, int begin) {
   return (~std::uint64_t{0} >> (kernels::kWordBits - 1 - to)) & (~std::uint64_t{0} << from);
 }
 
+/// A set of cells: a bit each, rows of Grid::words words, from row `top` to row `bottom`.
+struct CellSet {
+  const std::uint64_t* bits;  ///< Of row `top`.
+  int top;
+  int bottom;
+
+  [[nodiscard]] std::size_t rows() const { return static_cast<std::size_t>(bottom - top + 1); }
+};
+
 /// Memory of Spread.
 struct SpreadBuffers {
   std::vector<std::uint64_t> free;     ///< Usable cells of no region.
@@ -62,13 +71,8 @@ class Spread {
   [[nodiscard]] kernels::CellSetSums sums(const kernels::CellSetPlane& about) const;
   /// Whether the set goes up to an edge of the window that is not the image's.
   [[nodiscard]] bool touches(const Window& window) const;
-  [[nodiscard]] kernels::CellSetShape shape(const kernels::CellSetPlane& about) const;
-  /// Sides of the set's cells beyond which is none of it,
-  struct Border {
-    int length = 0;
-    int smooth = 0;  ///< of them crossed by a smooth surface.
-  };
-  [[nodiscard]] Border border() const;
+  /// The set itself, until the next one is made.
+  [[nodiscard]] CellSet set() const { return {&b_.reached[word(top_)], top_, bottom_}; }
   /// Calls visit(cell) for each cell, row by row.
   template <class Visitor>
   void for_each(Visitor visit) const;

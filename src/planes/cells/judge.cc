@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planes/cells/judge.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "planes/cells/constants.hpp"
+#include "planes/cells/spread.hpp"
+
+namespace fransac::cells {
+namespace {
+
+constexpr const Constants& kC = kConstants;
+constexpr double kPerSample = 1.0 / kernels::kCell;
+
+/// The direction in which a quadratic with second derivatives (xx, xy, yy) bends most.
+struct Bend {
+  double curvature;
+  Eigen::Vector2d direction;
+};
+Bend strongest_bend(double xx, double xy, double yy) {
+  const double mean = 0.5 * (xx + yy);
+  const double curvature = mean + std::copysign(std::hypot(0.5 * (xx - yy), xy), mean);
+  const Eigen::Vector2d a(curvature - yy, xy);
+  const Eigen::Vector2d b(xy, curvature - xx);
+  const Eigen::Vector2d& longer = a.squaredNorm() > b.squaredNorm() ? a : b;
+  const double norm = longer.norm();
+  return {curvature, norm > 0.0 ? Eigen::Vector2d(longer / norm) : Eigen::Vector2d::UnitX()};
+}
+
+}  // namespace
+
+/// A surface of radius R bends q by 1 / (R f^2) per squared sample, however far it is (docs/algorithms.md, "Curved surfaces").
+Judge::Turn Judge::turn(const Region& region, const kernels::CellSetShape& shape) const {
+  // Least squares of the distances in 1, x, y, x^2/2, xy, y^2/2.
+  struct Term {
+    int x, y;
+    double factor;
+  };
+  constexpr std::array<Term, 6> kTerms{{{0, 0, 1.0}, {1, 0, 1.0}, {0, 1, 1.0}, {2, 0, 0.5}, {1, 1, 1.0}, {0, 2, 0.5}}};
+  // Where sums of x^i y^j stand, i + j <= degree.
+  const auto place = [](int x, int y, int degree) { return at(x + y * (degree + 1) - y * (y - 1) / 2); };
+  Eigen::Matrix<double, 6, 6> normal;
+  Eigen::Matrix<double, 6, 1> right;
+  for (int i = 0; i < 6; ++i) {
+    const Term& a = kTerms[at(i)];
+    for (int j = 0; j < 6; ++j) {
+      const Term& b = kTerms[at(j)];
+      normal(i, j) = a.factor * b.factor * static_cast<double>(shape.position[place(a.x + b.x, a.y + b.y, 4)]);
+    }
+    right[i] = a.factor * static_cast<double>(shape.offset[place(a.x, a.y, 2)]);
+  }
+  const double cells = normal(0, 0);
+  // A strip two cells wide says nothing of how it bends across: before looking, a bend is anything up to that of a surface too
+  // round for a cell to be flat.
+  constexpr double kRoundest_m = 0.05;
+  const Camera& camera = grid_.camera;
+  const double before = 1.0 / (kRoundest_m * camera.fx * camera.fy * kPerSample * kPerSample);
+  const double least_variance = std::pow(kC.curved_noise * grid_.noise.cell * region.sigma(), 2);
+  for (int i = 3; i < 6; ++i) normal(i, i) += least_variance / (before * before);
+  const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(normal);
+  const Eigen::Matrix<double, 6, 1> solution = solver.solve(right);
+  const double rest = std::max(0.0, static_cast<double>(shape.off) - solution.dot(right)) / std::max(1.0, cells - 6.0);
+  const double variance = std::max(rest, least_variance);
+  const Bend most = strongest_bend(solution[3], solution[4], solution[5]);
+  const Eigen::Vector2d& e = most.direction;
+  Eigen::Matrix<double, 6, 1> direction;
+  direction << 0.0, 0.0, 0.0, e[0] * e[0], 2.0 * e[0] * e[1], e[1] * e[1];
+  const double sigma = std::sqrt(std::max(0.0, variance * direction.dot(solver.solve(direction))));
+  // A strip of uniform density has twelve times its variance as squared length.
+  const double x = normal(0, 1) / cells;
+  const double y = normal(0, 2) / cells;
+  const double xx = static_cast<double>(shape.position[place(2, 0, 4)]) / cells - x * x + 1.0 / 12.0;
+  const double xy = static_cast<double>(shape.position[place(1, 1, 4)]) / cells - x * y;
+  const double yy = static_cast<double>(shape.position[place(0, 2, 4)]) / cells - y * y + 1.0 / 12.0;
+  const double length = std::sqrt(12.0 * (e[0] * e[0] * xx + 2.0 * e[0] * e[1] * xy + e[1] * e[1] * yy));
+  // Curvature per squared metre times metres: lengths on the surface are samples over f q.
+  const double to_rad = kPerSample * length * std::sqrt(camera.fx * camera.fy) / region.fit.q;
+  return {std::abs(most.curvature) * to_rad, sigma * to_rad};
+}
+
+/// How improbable it is that cells of unrelated surfaces agree this well, in nats (docs/algorithms.md, "Evidence").
+double Judge::evidence(const Region& region, const kernels::CellSetShape& shape) const {
+  constexpr double kSteepest = 1.73;  // surfaces are seen up to 60 degrees from the front
+  const double prior = static_cast<double>(Grid::kHalfCell) * kSteepest * region.fit.q / grid_.camera.fx;
+  const double least = 0.5 * grid_.noise.cell * region.sigma();
+  const double slope = std::max(std::sqrt(static_cast<double>(shape.slope) / (2.0 * region.cells)), least);
+  const double off = std::max(std::sqrt(static_cast<double>(shape.off) / region.cells), least);
+  return (region.cells - 1) * (2.0 * std::max(0.0, std::log(prior / slope)) + std::max(0.0, std::log(2.0 * prior / off)));
+}
+
+double Judge::smooth_border(const CellSet& set) const {
+  int measured = 0;
+  int smooth = 0;
+  const std::size_t words = grid_.words;
+  const auto has = [&](int r, int c) {
+    if (r < set.top || r > set.bottom || c < 0 || c >= grid_.columns) return false;
+    return (set.bits[at(r - set.top) * words + at(c / kernels::kWordBits)] >> (c % kernels::kWordBits) & 1U) != 0;
+  };
+  for (int r = set.top; r <= set.bottom; ++r) {
+    for (std::size_t w = 0; w < words; ++w) {
+      const std::uint64_t bits = set.bits[at(r - set.top) * words + w];
+      if (bits == 0) continue;
+      for (std::uint64_t rest = bits; rest != 0; rest &= rest - 1) {
+        const int c = static_cast<int>(w) * kernels::kWordBits + std::countr_zero(rest);
+        const auto side = [&](int dr, int dc, const std::vector<std::uint64_t>& links, int lr, int lc) {
+          if (has(r + dr, c + dc) || !(grid_.n[at(grid_.index(r + dr, c + dc))] > 0.0F)) return;
+          ++measured;
+          smooth += static_cast<int>(links[at(lr) * words + at(lc / kernels::kWordBits)] >> (lc % kernels::kWordBits) & 1U);
+        };
+        side(0, 1, grid_.smooth.right, r, c);
+        if (c > 0) side(0, -1, grid_.smooth.right, r, c - 1);
+        side(1, 0, grid_.smooth.down, r, c);
+        if (r > 0) side(-1, 0, grid_.smooth.down, r - 1, c);
+      }
+    }
+  }
+  return measured > 0 ? static_cast<double>(smooth) / measured : 0.0;
+}
+
+CellSet Judge::erode(const CellSet& set) const {
+  const std::size_t words = grid_.words;
+  b_.eroded.assign(set.rows() * words, 0);
+  constexpr int kLast = kernels::kWordBits - 1;
+  for (std::size_t r = 1; r + 1 < set.rows(); ++r) {
+    const std::uint64_t* const row = set.bits + r * words;
+    for (std::size_t w = 0; w < words; ++w) {
+      const std::uint64_t before = w > 0 ? row[w - 1] >> kLast : 0;
+      const std::uint64_t after = w + 1 < words ? row[w + 1] << kLast : 0;
+      b_.eroded[r * words + w] = row[w] & (row[w] << 1 | before) & (row[w] >> 1 | after) & (row + words)[w] & (row - words)[w];
+    }
+  }
+  return {b_.eroded.data(), set.top, set.bottom};
+}
+
+PlaneEvidence Judge::look(const Region& region, const CellSet& set) const {
+  const kernels::CellArrays cells = grid_.arrays(grid_.index(set.top, 0));
+  const kernels::CellSetPlane plane = about(region.fit.plane, region.fit.u, region.fit.v);
+  const auto shape_of = [&](const CellSet& s) { return kernels::sum_shape(cells, s.bits, s.rows(), grid_.words, plane); };
+  const kernels::CellSetShape shape = shape_of(set);
+  PlaneEvidence a;
+  a.nats = evidence(region, shape);
+  const Turn whole = turn(region, shape);
+  // Cells at the border are blurred or hold something else, too; where enough is left they do not count.
+  const kernels::CellSetShape inner = shape_of(erode(set));
+  constexpr float kEnough = 9.0F;
+  const Turn core = inner.position[0] >= kEnough ? turn(region, inner) : whole;
+  a.turn_rad = whole.rad;
+  a.turn_sigma_rad = whole.sigma;
+  a.core_turn_rad = core.rad;
+  a.core_turn_sigma_rad = core.sigma;
+  a.smooth_border = smooth_border(set);
+  const double z = 1.0 / region.fit.q;
+  a.front_m2 = region.moments.n * z * z / (grid_.camera.fx * grid_.camera.fy);
+  a.misfit = std::sqrt(static_cast<double>(shape.off) / std::max(1, region.cells)) /
+             std::max(1e-12, grid_.noise.slow * region.sigma());
+  return a;
+}
+
+bool Judge::is_curved(const PlaneEvidence& a) {
+  return std::min(a.turn_rad - 2.0 * a.turn_sigma_rad, a.core_turn_rad - 2.0 * a.core_turn_sigma_rad) > kC.most_turn;
+}
+
+double Judge::confidence(const PlaneEvidence& a) {
+  if (a.nats < kC.final_evidence || is_curved(a) || a.smooth_border > kC.smooth_share) return 0.0;
+  return 1.0;
+}
+
+}  // namespace fransac::cells
