@@ -408,7 +408,10 @@ Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, Grid
   });
   const double typical = cells > 0.0 ? std::exp(sum / cells) : kLeastSigma;
   const double exact = std::clamp(noise.cell * typical / (kC.exact_noise * kKinectNoise_per_m), kC.least_bias_scale, 1.0);
-  noise.bias_m = given.bias_m.value_or(known ? sensor.bias_m : exact * kC.bias_m);
+  // What bends planes grows with the angle from the optical axis: a narrow view sees less of it than a Kinect's.
+  constexpr double kWidth = 640.0 / kFocalLength_px;
+  const double view = std::min(1.0, grid.width / grid.camera.fx / kWidth);
+  noise.bias_m = given.bias_m.value_or(known ? sensor.bias_m : exact * view * kC.bias_m);
   noise.bias_scale = noise.bias_m / kC.bias_m;
   return noise;
 }

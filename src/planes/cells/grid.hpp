@@ -137,9 +137,9 @@ class Grid {
     return direction == 0 ? 1 : direction == 1 ? stride : direction == 2 ? -1 : -stride;
   }
 
-  /// Whether a cell and the next on the right (0) or below (1) lie on one smooth surface.
-  [[nodiscard]] bool is_linked(int row, int column, int direction) const {
-    const std::uint64_t* const set = direction == 0 ? links.right.data() : links.down.data();
+  /// Whether a smooth surface goes on from a cell to the next on the right (0) or below (1).
+  [[nodiscard]] bool is_smooth(int row, int column, int direction) const {
+    const std::uint64_t* const set = direction == 0 ? smooth.right.data() : smooth.down.data();
     return (set[static_cast<std::size_t>(row) * words + static_cast<std::size_t>(column / kernels::kWordBits)] >>
                 (column % kernels::kWordBits) &
             1U) != 0;

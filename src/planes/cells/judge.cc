@@ -165,8 +165,11 @@ bool Judge::is_curved(const PlaneEvidence& a) {
 }
 
 double Judge::confidence(const PlaneEvidence& a) {
-  if (a.nats < kC.final_evidence || is_curved(a) || a.smooth_border > kC.smooth_share) return 0.0;
-  return 1.0;
+  // Fitted by scripts/fit-confidence.
+  const double turn = std::min(a.turn_rad, a.core_turn_rad);
+  const double x = 0.58 - 4.915 * a.smooth_border + 0.933 * std::log(std::max(a.nats, 1.0) / 100.0) - 0.73 * std::log(turn + 0.03) +
+                   0.521 * std::log(std::max(a.turn_sigma_rad, 0.005));
+  return 1.0 / (1.0 + std::exp(-x));
 }
 
 }  // namespace fransac::cells

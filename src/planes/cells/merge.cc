@@ -69,8 +69,8 @@ class Merger {
         const int i = grid_.index(r, c);
         if (regions_.owner[at(i)] == kNobody) continue;
         const int mine = b_.rank[at(regions_.owner[at(i)])];
-        look_across(i, mine, grid_.columns - 1 - c, 0, grid_.is_linked(r, c, 0));
-        look_across(i, mine, grid_.rows - 1 - r, 1, grid_.is_linked(r, c, 1));
+        look_across(i, mine, grid_.columns - 1 - c, 0, grid_.is_smooth(r, c, 0));
+        look_across(i, mine, grid_.rows - 1 - r, 1, grid_.is_smooth(r, c, 1));
       }
     }
   }
