@@ -108,7 +108,7 @@ class Merger {
   /// Whether a step runs along a border: its mean jump is more than slow noise and bias make. One or two pairs say nothing.
   [[nodiscard]] bool is_step(const Border& border) const {
     constexpr int kFewest = 3;
-    if (border.length < kFewest) return false;
+    if (border.length < kFewest || border.smooth > kC.joined_share * border.length) return false;
     const double mean = border.jump / border.length;
     const double noise = 1.0 * grid_.noise.slow;
     const double length = kC.step_m * grid_.noise.bias_scale;
@@ -143,10 +143,19 @@ class Merger {
     const double rise = (joint->mean_squared_residual * sum.n - a.fit.mean_squared_residual * a.moments.n -
                          b.fit.mean_squared_residual * b.moments.n) /
                         std::min(a.moments.n, b.moments.n);
-    const bool smooth = 2 * border.smooth >= border.length;
+    const bool smooth = meet && angle(a.fit, b.fit) < kC.slight_bend;
     const bool alike =
         meet ? rise <= tolerance(p, kC.near_k, smooth ? kC.near_smooth_m : kC.near_m) : rise <= far && !is_seen_past(p, *joint);
     if (alike) p.rise = static_cast<float>(rise);
+  }
+
+  /// Between two planes' normals, radians.
+  [[nodiscard]] double angle(const PlaneFit& a, const PlaneFit& b) const {
+    const Camera& c = grid_.camera;
+    const auto normal = [&](const InversePlane& p) {
+      return Eigen::Vector3d(p.du * c.fx, p.dv * c.fy, p.at(c.cx - 0.5 * grid_.width, c.cy - 0.5 * grid_.height)).normalized();
+    };
+    return std::acos(std::min(1.0, std::abs(normal(a.plane).dot(normal(b.plane)))));
   }
 
   /// Whether the large region's plane foretells the small one, as far as it can foretell anything there.
