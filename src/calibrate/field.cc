@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -22,6 +23,7 @@ constexpr int kRobustRounds = 3;
 constexpr double kCauchy = 2.0;          // of a plane's own scale: farther windows count for little
 constexpr double kSharedWindows = 36.0;  // windows with one slow error among them: 6 x 6
 constexpr double kMinScale = 1e-7;       // per metre: rendered depth
+constexpr std::size_t kMinFolds = 3;
 constexpr std::size_t kFolds = 5;
 constexpr double kMinGain = 0.9;  // of the bend's r.m.s.: a field that leaves more on frames left out is none
 constexpr int kSmoothReach = 2;   // means of 5 x 5 windows, 40 pixels of 640, are the smooth part
@@ -106,7 +108,6 @@ class PlaneProblem {
   }
 
   [[nodiscard]] std::size_t frame() const { return plane_->frame; }
-  [[nodiscard]] const PlaneWindows& plane() const { return *plane_; }
   [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] const Normal& normal() const { return normal_; }
   [[nodiscard]] const Coefficients& right() const { return right_; }
@@ -155,14 +156,14 @@ std::pair<Normal, Coefficients> sums(const std::vector<PlaneProblem>& planes, Co
   return sum;
 }
 
-/// Collects how far planes are bent.
+/// Collects how far planes are bent, as if all were at one depth: triangulating sensors bend what is twice as far by four times
+/// as much, and far planes would drown the others.
 class BendSum {
  public:
-  void add(const PlaneWindows& plane, const Eigen::VectorXd& smooth) {
-    for (Eigen::Index i = 0; i < smooth.size(); ++i) {
-      if (std::isnan(smooth[i])) continue;
-      const double q = plane.windows[static_cast<std::size_t>(i)].q;
-      sizes_.push_back(std::abs(smooth[i]) / (q * q));
+  explicit BendSum(double typical_q) : metres_(1.0 / (typical_q * typical_q)) {}
+  void add(const Eigen::VectorXd& smooth) {
+    for (const double bend : smooth) {
+      if (!std::isnan(bend)) sizes_.push_back(metres_ * std::abs(bend));
     }
   }
   [[nodiscard]] Bend result() {
@@ -175,6 +176,7 @@ class BendSum {
   }
 
  private:
+  double metres_;
   std::vector<double> sizes_;
 };
 
@@ -199,10 +201,38 @@ std::vector<Coefficients> of_others(const std::vector<PlaneProblem>& planes, con
   return result;
 }
 
-Bend bend_of(const std::vector<PlaneProblem>& planes, const std::vector<Coefficients>& coefficients) {
-  BendSum sum;
-  for (std::size_t p = 0; p < planes.size(); ++p) sum.add(planes[p].plane(), planes[p].bend(coefficients[p]));
+Bend bend_of(const std::vector<PlaneProblem>& planes, const std::vector<Coefficients>& coefficients, double typical_q) {
+  BendSum sum(typical_q);
+  for (std::size_t p = 0; p < planes.size(); ++p) sum.add(planes[p].bend(coefficients[p]));
   return sum.result();
+}
+
+/// The costs of the folds' planes.
+std::vector<double> costs_of(const std::vector<PlaneProblem>& planes, const std::vector<std::size_t>& fold_of, std::size_t folds,
+                             const std::vector<Coefficients>& coefficients) {
+  std::vector<double> costs(folds);
+  for (std::size_t p = 0; p < planes.size(); ++p) costs[fold_of[p]] += cost(planes[p], planes[p].bend(coefficients[p]));
+  return costs;
+}
+
+double sum_of(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+
+/// Whether costs have fallen in the folds for more than one of them by chance: Student's one-sided test, 95 %, of the logarithms
+/// of their ratios.
+bool surely_less(const std::vector<double>& costs, const std::vector<double>& before) {
+  constexpr std::array kStudent{2.92, 2.35, 2.13};  // of 3, 4 and 5 folds
+  const auto n = static_cast<double>(costs.size());
+  double sum = 0.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < costs.size(); ++i) {
+    if (!(before[i] > 0.0 && costs[i] > 0.0)) continue;  // nothing to see: counts as no change
+    const double gain = std::log(before[i] / costs[i]);
+    sum += gain;
+    squares += gain * gain;
+  }
+  const double mean = sum / n;
+  const double variance = std::max(0.0, squares / n - mean * mean) / (n - 1.0);
+  return mean > kStudent[costs.size() - kMinFolds] * std::sqrt(variance);
 }
 
 }  // namespace
@@ -228,7 +258,7 @@ Field fit_field(std::span<const PlaneWindows> planes, int width, int height, boo
 
   const std::vector<Coefficients> none(problems.size(), Coefficients::Zero());
   Field field;
-  field.before = bend_of(problems, none);
+  field.before = bend_of(problems, none, typical_q);
   field.after = field.before;
 
   // Neighbours in a sequence see the same: folds are runs of frames.
@@ -238,7 +268,7 @@ Field fit_field(std::span<const PlaneWindows> planes, int width, int height, boo
     if (p == 0 || problems[p].frame() != problems[p - 1].frame()) ++frames;
     frame_of.push_back(frames - 1);
   }
-  if (!wanted || frames < 2) return field;
+  if (!wanted || frames < kMinFolds) return field;
   const std::size_t folds = std::min(kFolds, frames);
   std::vector<std::size_t> fold_of;
   for (const std::size_t frame : frame_of) fold_of.push_back(frame * folds / frames);
@@ -247,24 +277,21 @@ Field fit_field(std::span<const PlaneWindows> planes, int width, int height, boo
     others.push_back(sums(problems, [&](std::size_t p) { return fold_of[p] != fold; }));
   }
 
-  const auto cost_of = [&](const std::vector<Coefficients>& coefficients) {
-    double sum = 0.0;
-    for (std::size_t p = 0; p < problems.size(); ++p) sum += cost(problems[p], problems[p].bend(coefficients[p]));
-    return sum;
-  };
-  double least = kMinGain * kMinGain * cost_of(none);
+  const std::vector<double> before = costs_of(problems, fold_of, folds, none);
+  double least = kMinGain * kMinGain * sum_of(before);
   std::optional<Prior> best;
   for (const bool gain : {false, true}) {
     for (const double strength : kStrengths) {
       const Prior prior{strength, gain};
-      const double cost = cost_of(of_others(problems, fold_of, others, prior, typical_q));
-      if (cost >= least) continue;
-      least = cost;
+      const std::vector<double> costs =
+          costs_of(problems, fold_of, folds, of_others(problems, fold_of, others, prior, typical_q));
+      if (sum_of(costs) >= least || !surely_less(costs, before)) continue;
+      least = sum_of(costs);
       best = prior;
     }
   }
   if (!best) return field;
-  field.after = bend_of(problems, of_others(problems, fold_of, others, *best, typical_q));
+  field.after = bend_of(problems, of_others(problems, fold_of, others, *best, typical_q), typical_q);
   const auto [normal, right] = sums(problems, [](std::size_t) { return true; });
   const Coefficients found = solve(normal, right, *best, typical_q);
   field.distortion.width = width;

@@ -37,7 +37,8 @@ struct NoiseAtDepth {
   std::size_t windows = 0;  ///< Windows of pixels that say so.
 };
 
-/// How planes are bent: the smooth part of their pixels' differences from the best plane, metres along the optical axis.
+/// How planes are bent: the smooth part of their pixels' differences from the best plane, metres along the optical axis, as if
+/// all were at the median depth (in inverse depth, times its square).
 struct Bend {
   double rms_m = 0.0;   ///< Root mean square.
   double most_m = 0.0;  ///< What 95 % are below.
@@ -55,7 +56,7 @@ struct SensorCalibration {
 
 /// Calibrates a sensor from frames of one camera with large planes: a wall or a floor at a few distances, or any rooms. Errors:
 /// invalid_argument (a frame, its size differing from the first's, an option), no_data (no plane is large enough), out_of_memory.
-/// The distortion needs at least two frames, for it is only believed if what some frames show corrects others.
+/// The distortion needs at least three frames, for it is only believed if what some frames show corrects others.
 Result<SensorCalibration> calibrate(std::span<const CalibrationFrame> frames, const CalibrateOptions& options = {});
 
 /// Checks every range. The message names the option.
