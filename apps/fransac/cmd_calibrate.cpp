@@ -57,11 +57,11 @@ std::vector<NamedFrame> load_frames(const CalibrateCommand& command) {
 
 std::string file_text(const SensorCalibration& found) {
   using Evidence = std::pair<std::string_view, double>;
-  const std::vector<Evidence> evidence{
-      {"frames", static_cast<double>(found.frames)}, {"planes", static_cast<double>(found.planes)},
-      {"min_depth_m", found.noise.front().z_m},      {"max_depth_m", found.noise.back().z_m},
-      {"bend_rms_before_m", found.before.rms_m},     {"bend_rms_after_m", found.after.rms_m},
-      {"bend_95_before_m", found.before.most_m},     {"bend_95_after_m", found.after.most_m}};
+  const std::vector<Evidence> evidence{{"frames", static_cast<double>(found.frames)}, {"views", static_cast<double>(found.views)},
+                                       {"planes", static_cast<double>(found.planes)}, {"min_depth_m", found.noise.front().z_m},
+                                       {"max_depth_m", found.noise.back().z_m},       {"bend_rms_before_m", found.before.rms_m},
+                                       {"bend_rms_after_m", found.after.rms_m},       {"bend_95_before_m", found.before.most_m},
+                                       {"bend_95_after_m", found.after.most_m}};
   return io::sensor_to_json(found.sensor, evidence);
 }
 
@@ -73,14 +73,15 @@ std::string table_text(const SensorCalibration& found) {
     table.add({fmt::format("{:.2f}", bin.z_m), fmt::format("{:.2f}", 1e3 * bin.sigma_m),
                fmt::format("{:.2f}", 1e3 * law.sigma_m(bin.z_m)), fmt::format("{}", bin.windows)});
   }
-  std::string text = fmt::format("{} plane{} in {} frame{}\n\n{}\n", found.planes, found.planes == 1 ? "" : "s", found.frames,
-                                 found.frames == 1 ? "" : "s", table.text());
+  const auto counted = [](std::size_t n, const char* what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); };
+  std::string text = fmt::format("{} in {}, {}\n\n{}\n", counted(found.planes, "plane"), counted(found.frames, "frame"),
+                                 counted(found.views, "view"), table.text());
   text += fmt::format("sensor: {}; law: constant {:.3g} m, linear {:.3g}, quadratic {:.3g} per m; slow noise {:.2f} of it\n",
                       enum_name(sensor.kind), law.constant_m, law.linear, law.quadratic_per_m, *sensor.slow);
   text += fmt::format("planes are bent by {:.2f} mm r.m.s., 95 % by less than {:.2f} mm\n", 1e3 * found.before.rms_m,
                       1e3 * found.before.most_m);
-  if (sensor.distortion.empty()) return text + "no distortion was found that holds for frames that did not take part\n";
-  return text + fmt::format("corrected, on frames that did not take part: {:.2f} mm r.m.s., 95 % by less than {:.2f} mm\n",
+  if (sensor.distortion.empty()) return text + "no distortion was found that holds for views that did not take part\n";
+  return text + fmt::format("corrected, on views that did not take part: {:.2f} mm r.m.s., 95 % by less than {:.2f} mm\n",
                             1e3 * found.after.rms_m, 1e3 * found.after.most_m);
 }
 
@@ -123,7 +124,7 @@ Command add_calibrate(CLI::App& parent) {
   app->footer(
       "Frames should show large planes all over the image: a wall or a floor at a few distances, or any rooms.\n"
       "sensor.json is for segment, track, evaluate, report and bench --sensor sensor.json, which correct depth by it first.\n"
-      "The distortion is only believed if what some frames show corrects others.");
+      "The distortion is only believed if what some views show corrects others: three different ones at least, better ten.");
   return {app, [command] { run_calibrate(*command); }};
 }
 

@@ -88,6 +88,7 @@ Result<SensorCalibration> calibrate_checked(std::span<const CalibrationFrame> fr
   }
   SensorCalibration result;
   result.frames = frames_of(planes);
+  result.views = field.views;
   result.planes = planes.size();
   result.before = field.before;
   result.after = field.after;

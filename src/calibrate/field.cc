@@ -190,6 +190,49 @@ double cost(const PlaneProblem& plane, const Eigen::VectorXd& smooth) {
   return sum;
 }
 
+/// The planes of one frame.
+using FramePlanes = std::span<const PlaneWindows>;
+
+/// How many windows two planes have in common, depth and all; 0 unless that is more than half of what either has.
+std::size_t common_windows(const PlaneWindows& a, const PlaneWindows& b) {
+  constexpr double kAlike = 0.1;  // of inverse depth
+  const auto common = static_cast<std::size_t>(std::count_if(a.windows.begin(), a.windows.end(), [&](const Window& window) {
+    const Window* const there = b.find(window.row, window.column);
+    return there != nullptr && std::abs(there->q - window.q) < kAlike * window.q;
+  }));
+  return 2 * common > a.windows.size() + b.windows.size() - common ? common : 0;
+}
+
+/// Whether two frames see about the same from about the same place: planes of the same outline and depth cover more than half of
+/// what planes cover in either.
+bool same_view(FramePlanes a, FramePlanes b) {
+  std::size_t common = 0;
+  std::size_t of_a = 0;
+  std::size_t of_b = 0;
+  for (const PlaneWindows& plane : a) of_a += plane.windows.size();
+  for (const PlaneWindows& plane : b) of_b += plane.windows.size();
+  for (const PlaneWindows& plane : a) {
+    for (const PlaneWindows& other : b) common += common_windows(plane, other);
+  }
+  constexpr double kMost = 0.7;
+  return static_cast<double>(common) > kMost * static_cast<double>(std::max(of_a, of_b));
+}
+
+/// Each plane's view, numbered from 0 by first appearance. Frames that see the same would only confirm that what is seen is not
+/// flat.
+std::vector<std::size_t> views_of(std::span<const PlaneWindows> planes) {
+  std::vector<std::size_t> view_of;
+  std::vector<FramePlanes> firsts;  // the first frame of each view
+  for (std::size_t begin = 0, end = 0; begin < planes.size(); begin = end) {
+    while (end < planes.size() && planes[end].frame == planes[begin].frame) ++end;
+    const FramePlanes frame = planes.subspan(begin, end - begin);
+    const auto known = std::find_if(firsts.begin(), firsts.end(), [&](FramePlanes first) { return same_view(first, frame); });
+    view_of.insert(view_of.end(), frame.size(), static_cast<std::size_t>(known - firsts.begin()));
+    if (known == firsts.end()) firsts.push_back(frame);
+  }
+  return view_of;
+}
+
 /// Each plane's coefficients from the frames of other folds.
 std::vector<Coefficients> of_others(const std::vector<PlaneProblem>& planes, const std::vector<std::size_t>& fold_of,
                                     const std::vector<std::pair<Normal, Coefficients>>& others, const Prior& prior,
@@ -261,17 +304,12 @@ Field fit_field(std::span<const PlaneWindows> planes, int width, int height, boo
   field.before = bend_of(problems, none, typical_q);
   field.after = field.before;
 
-  // Neighbours in a sequence see the same: folds are runs of frames.
-  std::vector<std::size_t> frame_of;
-  std::size_t frames = 0;
-  for (std::size_t p = 0; p < problems.size(); ++p) {
-    if (p == 0 || problems[p].frame() != problems[p - 1].frame()) ++frames;
-    frame_of.push_back(frames - 1);
-  }
-  if (!wanted || frames < kMinFolds) return field;
-  const std::size_t folds = std::min(kFolds, frames);
+  const std::vector<std::size_t> view_of = views_of(planes);
+  field.views = view_of.empty() ? 0 : 1 + *std::max_element(view_of.begin(), view_of.end());
+  if (!wanted || field.views < kMinFolds) return field;
+  const std::size_t folds = std::min(kFolds, field.views);
   std::vector<std::size_t> fold_of;
-  for (const std::size_t frame : frame_of) fold_of.push_back(frame * folds / frames);
+  for (const std::size_t view : view_of) fold_of.push_back(view * folds / field.views);
   std::vector<std::pair<Normal, Coefficients>> others;
   for (std::size_t fold = 0; fold < folds; ++fold) {
     others.push_back(sums(problems, [&](std::size_t p) { return fold_of[p] != fold; }));

@@ -12,6 +12,7 @@ namespace fransac::calibration {
 
 struct Field {
   Distortion distortion;  ///< Empty: what some frames show does not correct others.
+  std::size_t views = 0;  ///< Frames that do not see the same.
   Bend before;
   Bend after;
 };

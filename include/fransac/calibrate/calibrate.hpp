@@ -48,15 +48,16 @@ struct Bend {
 struct SensorCalibration {
   SensorOptions sensor;    ///< All numbers are set; the distortion is empty where none was found that holds for other frames.
   std::size_t frames = 0;  ///< Frames with a plane that is large enough.
+  std::size_t views = 0;   ///< Of these frames such that do not see the same from the same place.
   std::size_t planes = 0;  ///< Such planes, over all frames.
   std::vector<NoiseAtDepth> noise{};  ///< By depth; what the law is fitted to.
   Bend before;                        ///< As the sensor measures.
-  Bend after;  ///< Each frame corrected by what the others showed; as `before` where there is no distortion.
+  Bend after;  ///< Each view corrected by what the others showed; as `before` where there is no distortion.
 };
 
 /// Calibrates a sensor from frames of one camera with large planes: a wall or a floor at a few distances, or any rooms. Errors:
 /// invalid_argument (a frame, its size differing from the first's, an option), no_data (no plane is large enough), out_of_memory.
-/// The distortion needs at least three frames, for it is only believed if what some frames show corrects others.
+/// The distortion needs at least three different views, for it is only believed if what some show corrects others.
 Result<SensorCalibration> calibrate(std::span<const CalibrationFrame> frames, const CalibrateOptions& options = {});
 
 /// Checks every range. The message names the option.
