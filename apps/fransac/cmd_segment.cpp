@@ -375,6 +375,7 @@ Table plane_table(const Input& input) {
 }
 
 void add_planes(Table& table, const Input& input, std::size_t i, const Segmentation& segmentation) {
+  const bool judged = segmentation.method == Method::cells;  // the others do not judge
   for (const PlaneSegment& segment : segmentation.planes) {
     std::vector<std::string> cells{fmt::format("{}", segment.id),
                                    normal_text(segment.plane.normal),
@@ -383,7 +384,7 @@ void add_planes(Table& table, const Input& input, std::size_t i, const Segmentat
                                    fmt::format("{}", segment.support),
                                    fmt::format("{:.2f}", 1e3 * segment.rms_m),
                                    fmt::format("{:.3f}", segment.area_m2),
-                                   fmt::format("{:.2f}", segment.confidence),
+                                   judged ? fmt::format("{:.2f}", segment.confidence) : "",
                                    segment.kind == PlaneKind::unknown ? "" : std::string(enum_name(segment.kind))};
     if (input.is_folder_of_frames()) cells.insert(cells.begin(), input.frames[i].name);
     table.add(std::move(cells));

@@ -40,8 +40,8 @@ void finish_parsing(const CLI::App& app, const CLI::ParseError& error) {
 void check_command(std::span<const Command> commands, const std::string& word) {
   const auto named = [&](const Command& command) { return command.app->get_name() == word; };
   if (word.starts_with('-') || std::any_of(commands.begin(), commands.end(), named)) return;
-  throw UsageError(
-      fmt::format("unknown command '{}'; there are segment, track, evaluate, report, bench, synth\nSee: fransac --help", word));
+  throw UsageError(fmt::format(
+      "unknown command '{}'; there are segment, track, evaluate, report, bench, synth, calibrate\nSee: fransac --help", word));
 }
 
 #ifdef FRANSAC_TUNABLE
