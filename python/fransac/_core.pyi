@@ -374,7 +374,7 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         scoring: compare hypotheses by inlier count or truncated squared distance. Default: 'msac'
         local_optimisation: refit promising hypotheses to their inliers. Default: True
         refine: least-squares fit of the final plane to its inliers. Default: True
-        sensor: how depth was measured, which tells cells its noise; auto: estimated from the frame. Default: 'auto'
+        sensor: how depth was measured, which tells cells its noise; auto: estimated from the frame; or a sensor.json. Default: 'auto'
         baseline: between projector and camera, or between two cameras [m]. Default: by the method
         disparity_error: one sigma of the disparity [px]. Default: by the method
         constant: part of one sigma of the depth at any distance [m]. Default: by the method
@@ -443,7 +443,7 @@ def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'ce
         scoring: compare hypotheses by inlier count or truncated squared distance. Default: 'msac'
         local_optimisation: refit promising hypotheses to their inliers. Default: True
         refine: least-squares fit of the final plane to its inliers. Default: True
-        sensor: how depth was measured, which tells cells its noise; auto: estimated from the frame. Default: 'auto'
+        sensor: how depth was measured, which tells cells its noise; auto: estimated from the frame; or a sensor.json. Default: 'auto'
         baseline: between projector and camera, or between two cameras [m]. Default: by the method
         disparity_error: one sigma of the disparity [px]. Default: by the method
         constant: part of one sigma of the depth at any distance [m]. Default: by the method
