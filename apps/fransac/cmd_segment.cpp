@@ -20,6 +20,7 @@
 
 #include "commands.hpp"
 #include "errors.hpp"
+#include "fransac/filter/correct.hpp"
 #include "fransac/filter/deproject.hpp"
 #include "fransac/io/file.hpp"
 #include "fransac/io/overlay.hpp"
@@ -214,7 +215,7 @@ std::vector<Label> labels_of_points(const PointCloud& cloud, const std::vector<L
 #endif
 
 void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const Content& content,
-                 [[maybe_unused]] const Found& found) {
+                 [[maybe_unused]] const Found& found, [[maybe_unused]] int saturated) {
 #ifdef FRANSAC_HAS_CLOUD_IO
   const auto& labels = found.segmentation.labels;
   const auto& ids = found.obstacles.labels;
@@ -223,7 +224,10 @@ void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const C
   }
   const auto& frame = std::get<io::Frame>(content);
   PointCloud cloud;
-  deproject(frame.view(), frame.camera, cloud);
+  CorrectedDepth corrected;
+  const Distortion& distortion = found.segmentation.distortion;
+  if (!distortion.empty()) check(correct(frame.view(), distortion, saturated, corrected));
+  deproject(distortion.empty() ? frame.view() : corrected.view, frame.camera, cloud);
   check(io::write_cloud(file, cloud, labels_of_points(cloud, labels), io::CloudEncoding::binary, labels_of_points(cloud, ids)));
 #endif
 }
@@ -283,6 +287,7 @@ nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input
   json["noise"] = cells ? noise_to_json(segmentation.noise) : nullptr;
   json["slow_noise"] = cells ? noise_to_json(segmentation.slow_noise) : nullptr;
   json["bias_m"] = cells ? nlohmann::ordered_json(segmentation.bias_m) : nullptr;
+  json["corrected"] = !segmentation.distortion.empty();
   json["iterations"] = segmentation.iterations;
   json["stop_reason"] = to_string(segmentation.stop_reason);
   json["timing_ms"] = timing_to_json(segmentation.timing);
@@ -370,6 +375,7 @@ Table plane_table(const Input& input) {
 }
 
 void add_planes(Table& table, const Input& input, std::size_t i, const Segmentation& segmentation) {
+  const bool judged = segmentation.method == Method::cells;  // the others do not judge
   for (const PlaneSegment& segment : segmentation.planes) {
     std::vector<std::string> cells{fmt::format("{}", segment.id),
                                    normal_text(segment.plane.normal),
@@ -378,7 +384,7 @@ void add_planes(Table& table, const Input& input, std::size_t i, const Segmentat
                                    fmt::format("{}", segment.support),
                                    fmt::format("{:.2f}", 1e3 * segment.rms_m),
                                    fmt::format("{:.3f}", segment.area_m2),
-                                   fmt::format("{:.2f}", segment.confidence),
+                                   judged ? fmt::format("{:.2f}", segment.confidence) : "",
                                    segment.kind == PlaneKind::unknown ? "" : std::string(enum_name(segment.kind))};
     if (input.is_folder_of_frames()) cells.insert(cells.begin(), input.frames[i].name);
     table.add(std::move(cells));
@@ -424,7 +430,7 @@ void write_outputs(const SegmentCommand& command, const Input& input, std::size_
   if (command.labels.asked()) check(io::write_file(file(command.labels), encoded.labels));
   if (command.obstacle_labels.asked()) check(io::write_file(file(command.obstacle_labels), encoded.obstacle_labels));
   if (command.overlay.asked()) check(io::write_file(file(command.overlay), encoded.overlay));
-  if (command.cloud.asked()) write_cloud(file(command.cloud), content, found);
+  if (command.cloud.asked()) write_cloud(file(command.cloud), content, found, command.options.saturated);
   if (command.grid.asked()) {
     const fs::path base = command.grid.base;
     if (input.is_folder_of_frames()) written.make_folder(base);

@@ -22,6 +22,7 @@ Command add_report(CLI::App& parent);
 Command add_bench(CLI::App& parent);
 Command add_synth(CLI::App& parent);
 Command add_track(CLI::App& parent);
+Command add_calibrate(CLI::App& parent);
 Command add_completion(CLI::App& parent);
 Command add_man(CLI::App& parent);
 

@@ -42,8 +42,8 @@ void finish_parsing(const CLI::App& app, const CLI::ParseError& error) {
 void check_command(std::span<const Command> commands, const std::string& word) {
   const auto named = [&](const Command& command) { return command.app->get_name() == word; };
   if (word.starts_with('-') || std::any_of(commands.begin(), commands.end(), named)) return;
-  throw UsageError(
-      fmt::format("unknown command '{}'; there are segment, track, evaluate, report, bench, synth\nSee: fransac --help", word));
+  throw UsageError(fmt::format(
+      "unknown command '{}'; there are segment, track, evaluate, report, bench, synth, calibrate\nSee: fransac --help", word));
 }
 
 #ifdef FRANSAC_TUNABLE
@@ -78,8 +78,8 @@ void run(int argc, char** argv) {
   app.require_subcommand(0, 1);  // none is refused below: the parser would not name a mistyped one
   app.get_formatter()->column_width(34);
   app.footer("Exit codes: 0 done, 1 the input could not be used or an output not be written, 2 wrong usage.");
-  const Command commands[] = {add_segment(app), add_track(app), add_evaluate(app),   add_report(app),
-                              add_bench(app),   add_synth(app), add_completion(app), add_man(app)};
+  const Command commands[] = {add_segment(app), add_track(app),     add_evaluate(app),   add_report(app), add_bench(app),
+                              add_synth(app),   add_calibrate(app), add_completion(app), add_man(app)};
   if (argc > 1) check_command(commands, argv[1]);
   try {
     app.parse(words_to_parse(argc, argv));
@@ -89,7 +89,7 @@ void run(int argc, char** argv) {
   for (const Command& command : commands) {
     if (command.app->parsed()) return command.run();
   }
-  throw UsageError("a command is required: segment, track, evaluate, report, bench or synth\nSee: fransac --help");
+  throw UsageError("a command is required: segment, track, evaluate, report, bench, synth or calibrate\nSee: fransac --help");
 }
 
 int guarded_run(int argc, char** argv) {

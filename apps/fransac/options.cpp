@@ -8,6 +8,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "fransac/io/sensor_json.hpp"
+
 namespace fransac::cli {
 namespace {
 
@@ -15,6 +17,7 @@ constexpr const char* kGroup = "Parameters of the methods";
 constexpr const char* kTrackGroup = "Tracking";
 constexpr std::string_view kPlanes = "planes";  // the one option with a word, 'all', for a number: 0
 constexpr std::string_view kMethod = "method";
+constexpr std::string_view kSensor = "sensor";  // the one enum that a file can stand for
 constexpr std::string_view kSensorParam = "sensor-param";
 
 template <class T>
@@ -187,6 +190,24 @@ void add_planes(CLI::App& app, OptionInfo info, std::optional<int>& value) {
   offer_words(option->type_name("N|all")->group(kGroup), {"all"});
 }
 
+/// "--sensor NAME|FILE": a kind, or all that a sensor.json says.
+void add_sensor(CLI::App& app, const OptionInfo& info, SensorOptions& sensor) {
+  const std::string flag = fmt::format("--{}", info.name);
+  const std::string expected = expected_text(info, sensor.kind) + ", or a sensor.json of fransac calibrate";
+  const auto set = [&sensor, flag, expected](const std::string& text) {
+    const std::filesystem::path file(text);
+    if (const auto kind = enum_from_name<SensorKind>(text)) {
+      sensor = {.kind = *kind};
+    } else if (file.extension() == ".json" || std::filesystem::is_regular_file(file)) {
+      sensor = unwrap(io::read_sensor_json(file));
+    } else {
+      reject(flag, expected, text);
+    }
+  };
+  CLI::Option* const option = app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(sensor.kind)));
+  offer_words(option->type_name("NAME|FILE")->group(kGroup), enum_words<SensorKind>());
+}
+
 /// Reads "NAME=VALUE" into the parameter of that name; `given` are those of the same command line so far.
 void set_parameter(const std::string& flag, const std::string& text, SensorOptions& sensor, std::vector<std::string>& given) {
   const std::size_t equals = text.find('=');
@@ -350,6 +371,7 @@ void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Met
       if (info.name == kPlanes) return add_planes(app, info, value);
     }
     if (info.parameter_of == kSensorParam) return;
+    if (info.name == kSensor) return add_sensor(app, info, options.sensor);
     if (info.name == kMethod && several_methods != nullptr) return add_methods(app, info, *several_methods);
     AddFlag{app, kGroup}(info, value);
   });

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <set>
+
+#include "fransac/io/sensor_json.hpp"
 
 namespace fransac::python {
 namespace {
@@ -25,6 +28,20 @@ bool is_bool(nb::handle given) { return PyBool_Check(given.ptr()) || is_numpy_bo
 nb::object integer_of(const char* name, nb::handle given) {
   if (is_bool(given) || !PyIndex_Check(given.ptr())) expected(name, "an int", given);
   return nb::steal(PyNumber_Index(given.ptr()));
+}
+
+constexpr std::string_view kSensor = "sensor";  // the one enum that a file can stand for
+
+/// Reads a sensor.json, if that is what is given; it sets all that is known of the sensor.
+bool read_sensor(nb::handle given, SensorOptions& sensor) {
+  const bool word = nb::isinstance<nb::str>(given);
+  if (!word && !nb::hasattr(given, "__fspath__")) return false;
+  const nb::object path = nb::module_::import_("os").attr("fspath")(given);
+  if (!nb::isinstance<nb::str>(path)) expected("sensor", "a str or a path", given);
+  const std::filesystem::path file(nb::cast<nb::str>(path).c_str());
+  if (word && file.extension() != ".json") return false;
+  sensor = unwrap(io::read_sensor_json(file));
+  return true;
 }
 
 constexpr std::array<std::string_view, 3> kSupports{"auto", "floor", "table"};
@@ -209,6 +226,7 @@ Keywords<Options>::Keywords(std::initializer_list<std::string_view> only, std::i
     names_.back() = nb::steal(interned);
     std::string type = type_text<T>();
     if (name == "planes") type = "int | typing.Literal['all'] | None";
+    if (name == kSensor) type += " | str | os.PathLike[str]";
     list_.push_back({name, type, default_text(value), help_text(info)});
   });
 }
@@ -218,13 +236,16 @@ std::size_t Keywords<Options>::read(const nb::dict& kwargs, Options& options) co
   if (PyDict_Size(kwargs.ptr()) == 0) return 0;
   std::size_t visited = 0;
   std::size_t used = 0;
-  visit_options(options, [&](const OptionInfo&, auto& value) {
+  visit_options(options, [&](const OptionInfo& info, auto& value) {
     const nb::object& name = names_[visited++];
     if (name.is_none()) return;
     PyObject* const given = PyDict_GetItemWithError(kwargs.ptr(), name.ptr());
     if (given == nullptr) return;
-    read_value(nb::borrow<nb::str>(name).c_str(), given, value);
     ++used;
+    if constexpr (std::is_same_v<Options, SegmentOptions>) {
+      if (info.name == kSensor && read_sensor(given, options.sensor)) return;
+    }
+    read_value(nb::borrow<nb::str>(name).c_str(), given, value);
   });
   return used;
 }

@@ -419,7 +419,8 @@ void bind_result(nb::module_& m) {
       .def_prop_ro(
           "bias_m",
           [](const S& s) -> nb::object {
-            return s.found().planes.method == Method::cells ? nb::float_(s.found().planes.bias_m) : nb::none();
+            if (s.found().planes.method != Method::cells) return nb::none();
+            return nb::float_(s.found().planes.bias_m);
           },
           nb::sig("def bias_m(self) -> float | None"),
           "By how much cells took planes to be bent or shifted, the same in every frame, metres. None for other methods.")

@@ -106,6 +106,28 @@ def test_wrong_values(name, wall, camera):
             call(name, "xyz", wall, camera)
 
 
+def test_sensor_from_a_file(tmp_path, desk):
+    import json
+
+    file = tmp_path / "sensor.json"
+    terms = [0.0] * 25
+    known = {"type": "fransac-sensor", "version": 1, "kind": "stereo", "slow": 0.5, "bias_m": 0.004}
+    file.write_text(json.dumps(known | {"noise": {"quadratic_per_m": 0.002}, "distortion": None}))
+    plain = fransac.segment(desk.depth, desk.camera, sensor="stereo", quadratic=0.002, slow=0.5, bias=0.004)
+    for given in (file, str(file)):
+        assert numpy.array_equal(fransac.segment(desk.depth, desk.camera, sensor=given).labels, plain.labels)
+    bent = [0.01, *terms[1:]]
+    file.write_text(json.dumps(known | {"distortion": {"width": 640, "height": 480, "offset_per_m": bent, "gain": terms}}))
+    assert fransac.segment(desk.depth, desk.camera, sensor=file).planes[0].d != plain.planes[0].d
+    with pytest.raises(ValueError, match="another shape"):
+        fransac.segment(desk.depth[:, :320], sensor=file, fx=500, fy=500, cx=160, cy=240)
+    file.write_text(json.dumps(known | {"slow": "much"}))
+    with pytest.raises(ValueError, match=r'sensor\.json: field "slow" must be a number'):
+        fransac.segment(desk.depth, desk.camera, sensor=file)
+    with pytest.raises(OSError, match="missing.json"):
+        fransac.segment(desk.depth, desk.camera, sensor=tmp_path / "missing.json")
+
+
 def test_unknown_options(wall, camera, room):
     with pytest.raises(TypeError, match=r"segment\(\) has no option 'treshold'; did you mean 'threshold'\?"):
         fransac.segment(wall, camera, treshold=0.01)

@@ -100,7 +100,7 @@ Status validate(const SensorOptions& options) {
   for_each_parameter(options, [&](const SensorParameter& parameter, const std::optional<double>& value) {
     if (status && value) status = check(parameter, options.kind, *value);
   });
-  return status;
+  return status ? validate(options.distortion) : status;
 }
 
 Result<SensorModel> sensor_model(const SensorOptions& options, const Camera& camera, double metres_per_unit) {

@@ -19,6 +19,7 @@
 namespace fransac {
 
 struct ObstacleWorkspace::Impl {
+  CorrectedDepth corrected;
   DepthRowBuffer row;
   obstacles::Sides sides;
   obstacles::Objects objects;
@@ -216,8 +217,10 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
   if (!result.support.empty()) {
     result.support_plane = segmentation.planes[at(result.support.front() - 1)].plane;
     result.ground = ground_frame(result.support_plane);
+    DepthView view;
+    if (Status status = obstacles::as_segmented(depth, segmentation, workspace.impl().corrected, view); !status) return status;
     with_raw_type(depth.format(),
-                  [&](auto raw) { find<decltype(raw)>(depth, camera, segmentation, options, limits, workspace.impl(), result); });
+                  [&](auto raw) { find<decltype(raw)>(view, camera, segmentation, options, limits, workspace.impl(), result); });
   }
   result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return {};

@@ -107,7 +107,10 @@ Result<OccupancyGrid> occupancy_grid(const DepthView& depth, const Camera& camer
   grid.origin_m.setConstant(-ahead * options.resolution_m);
   grid.cells.assign(static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height), OccupancyGrid::kUnknown);
   Marker marker(camera, segmentation, obstacles, options, grid);
-  with_raw_type(depth.format(), [&](auto raw) { marker.run(DepthRows<decltype(raw)>(depth, camera, nullptr)); });
+  CorrectedDepth corrected;
+  DepthView view;
+  if (Status status = obstacles::as_segmented(depth, segmentation, corrected, view); !status) return status.error();
+  with_raw_type(depth.format(), [&](auto raw) { marker.run(DepthRows<decltype(raw)>(view, camera, nullptr)); });
   return grid;
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::out_of_memory, "not enough memory for the occupancy grid: resolution is too small for max-range"};

@@ -19,6 +19,14 @@ bool is_on(const Plane& support, const PlaneSegment& plane, const DepthNoise& no
 
 }  // namespace
 
+Status as_segmented(const DepthView& depth, const Segmentation& segmentation, CorrectedDepth& buffer, DepthView& view) {
+  view = depth;
+  if (segmentation.distortion.empty()) return {};
+  if (Status status = correct(depth, segmentation.distortion, SegmentOptions{}.saturated, buffer); !status) return status;
+  view = buffer.view;
+  return {};
+}
+
 Status check_sizes(const DepthView& depth, const Camera& camera, const Segmentation& segmentation) {
   if (Status status = validate(depth); !status) return status;
   if (Status status = validate(camera); !status) return status;

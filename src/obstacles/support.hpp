@@ -7,6 +7,7 @@
 
 #include "core/index.hpp"
 #include "fransac/core/result.hpp"
+#include "fransac/filter/correct.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "obstacles/footprint.hpp"
 
@@ -17,6 +18,9 @@ inline constexpr int kMostObjects = 4095;
 
 /// That the view, the camera and the segmentation are of one image.
 Status check_sizes(const DepthView& depth, const Camera& camera, const Segmentation& segmentation);
+
+/// The depth image as the segmentation's planes are in: corrected, in `buffer`, where that was.
+Status as_segmented(const DepthView& depth, const Segmentation& segmentation, CorrectedDepth& buffer, DepthView& view);
 
 /// The labels of the planes that carry; the first is the one whose plane counts.
 void choose_support(const Segmentation& segmentation, const ObstacleOptions& options, const DepthNoise& noise,

@@ -7,6 +7,7 @@
 #include <new>
 #include <string>
 
+#include "fransac/filter/correct.hpp"
 #include "fransac/filter/organised.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/sac/plane_problem.hpp"
@@ -25,6 +26,7 @@ namespace fransac {
 
 struct Workspace::Impl {
   OrganisedDepth organised;
+  CorrectedDepth corrected;
   PointCloud points;  // a cloud's measured points, then those within the limits
   VoxelGrid grid;
   DepthDataBuffers depth;
@@ -353,6 +355,37 @@ void reset(Segmentation& s, Method method, int width, int height) {
 }
 
 template <class Source>
+Status find_planes(const Source& source, const SegmentOptions& options, Workspace::Impl& work, Segmentation& segmentation) {
+  if constexpr (Source::kDepthImage) {
+    if (options.method == Method::cells) {
+      StageClock clock(segmentation.timing);
+      return cells::find_planes(source.depth, source.camera, options, limits_of(options, options.method, Source::kDepthImage),
+                                work.cells, clock, segmentation);
+    }
+  }
+  return run_pipeline(source, options, work, segmentation);
+}
+
+/// The time of a step before the first stage.
+void add_time_before(const Timing& before, Timing& timing) {
+  timing.stage_ms[static_cast<std::size_t>(Stage::deproject)] += before.total_ms;
+  timing.total_ms += before.total_ms;
+}
+
+Status find_planes_corrected(const DepthSource& source, const SegmentOptions& options, Workspace::Impl& work,
+                             Segmentation& segmentation) {
+  Timing before;
+  StageClock clock(before);
+  Status status = correct(source.depth, options.sensor.distortion, options.saturated, work.corrected);
+  if (!status) return Error{status.error().code, "sensor: " + status.error().message};
+  clock.end(Stage::deproject);
+  if (status = find_planes(DepthSource{work.corrected.view, source.camera}, options, work, segmentation); !status) return status;
+  segmentation.distortion = options.sensor.distortion;
+  add_time_before(before, segmentation.timing);
+  return {};
+}
+
+template <class Source>
 Status segment_checked(const Source& source, const SegmentOptions& options, Workspace& workspace,
                        Segmentation& segmentation) try {
   if (Status status = validate(options); !status) return status;
@@ -363,13 +396,9 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
   if (Status status = validate(chosen); !status) return status;  // `automatic` may have become one that does not know an option
   reset(segmentation, method, source.width(), source.height());
   if constexpr (Source::kDepthImage) {
-    if (method == Method::cells) {
-      StageClock clock(segmentation.timing);
-      return cells::find_planes(source.depth, source.camera, chosen, limits_of(chosen, chosen.method, Source::kDepthImage),
-                                workspace.impl().cells, clock, segmentation);
-    }
+    if (!chosen.sensor.distortion.empty()) return find_planes_corrected(source, chosen, workspace.impl(), segmentation);
   }
-  return run_pipeline(source, chosen, workspace.impl(), segmentation);
+  return find_planes(source, chosen, workspace.impl(), segmentation);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::out_of_memory,
                "not enough memory for " + std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"};
@@ -393,11 +422,12 @@ Status segment_organised(const PointCloud& cloud, const SegmentOptions& options,
   clock.end(Stage::deproject);
   if (found) {
     const DepthView depth = organised.view();
-    if (Status status = segment_source(DepthSource{depth, organised.camera}, options, workspace, segmentation); !status) {
+    SegmentOptions of_cloud = options;
+    of_cloud.sensor.distortion = {};  // planes are of the points as they are given
+    if (Status status = segment_source(DepthSource{depth, organised.camera}, of_cloud, workspace, segmentation); !status) {
       return status;
     }
-    segmentation.timing.stage_ms[static_cast<std::size_t>(Stage::deproject)] += before.total_ms;
-    segmentation.timing.total_ms += before.total_ms;
+    add_time_before(before, segmentation.timing);
     return {};
   }
   const bool no_image = found.error().code == ErrorCode::unsupported;

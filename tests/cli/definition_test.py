@@ -12,7 +12,7 @@ import tempfile
 import unittest
 
 FRANSAC = os.path.abspath(sys.argv.pop(1))
-COMMANDS = ("segment", "track", "evaluate", "report", "bench", "synth")
+COMMANDS = ("segment", "track", "evaluate", "report", "bench", "synth", "calibrate")
 
 
 def run(*words, **more):

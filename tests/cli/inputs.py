@@ -159,6 +159,14 @@ def sequence(folder, name):
     write(folder / name / "camera.json", json.dumps(CAMERA))
 
 
+def sensor(folder, name, changes):
+    """A sensor.json for frames of this size; `changes`: JSON, "width" is the distortion's."""
+    changed = json.loads(changes)
+    distortion = {"width": changed.pop("width", WIDTH), "height": HEIGHT, "offset_per_m": [0.01] + [0] * 24, "gain": [0] * 25}
+    content = {"type": "fransac-sensor", "version": 1, "kind": "stereo", "distortion": distortion}
+    write(folder / name, json.dumps({**content, **changed}))
+
+
 def cloud_pcd(folder, name):
     write(folder / name, pcd_bytes(plane_points()))
 

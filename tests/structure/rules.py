@@ -16,6 +16,7 @@ ARROWS = {
     "planes": {"core", "kernels", "filter", "sac"},
     "obstacles": {"core", "kernels", "filter", "planes"},
     "track": {"core", "planes", "obstacles"},
+    "calibrate": {"core", "planes"},
     "eval": {"core"},
     "synth": {"core"},
     "io": {"core"},
@@ -23,8 +24,8 @@ ARROWS = {
     # The one-line façade over segmentation.
     "facade": {"core", "planes"},
     # Programs and bindings know public headers only, whichever they like.
-    "python": {"core", "filter", "sac", "planes", "obstacles", "track", "eval", "synth", "io", "facade"},
-    "apps": {"core", "filter", "sac", "planes", "obstacles", "track", "eval", "synth", "io", "cloud_io", "facade"},
+    "python": {"core", "filter", "sac", "planes", "obstacles", "track", "calibrate", "eval", "synth", "io", "facade"},
+    "apps": {"core", "filter", "sac", "planes", "obstacles", "track", "calibrate", "eval", "synth", "io", "cloud_io", "facade"},
     # So do adapters; their headers stand under include/ of their own.
     "adapters": {"core", "filter", "sac", "planes"},
 }

@@ -6,6 +6,8 @@
 #include <string_view>
 
 #include "fransac/core/camera.hpp"
+#include "fransac/core/distortion.hpp"
+#include "fransac/core/enum_names.hpp"
 #include "fransac/core/result.hpp"
 
 namespace fransac {
@@ -17,6 +19,11 @@ enum class SensorKind {
   stereo,            ///< Passive or active stereo, RealSense: sigma_z = z^2 * disparity error / (f b).
   time_of_flight,    ///< Kinect v2, Azure Kinect, phones: constant, plus a share of the distance.
   none,              ///< Exact or rendered depth: the step of the raw unit only.
+};
+
+template <>
+struct EnumNames<SensorKind> {
+  static constexpr std::string_view values[] = {"auto", "structured-light", "stereo", "tof", "none"};
 };
 
 /// What a user knows of the sensor. What is unset follows from the kind.
@@ -31,6 +38,8 @@ struct SensorOptions {
                                             ///< disparity error make.
   std::optional<double> slow{};             ///< Any: SensorModel::slow.
   std::optional<double> bias_m{};           ///< Any: SensorModel::bias_m.
+  Distortion distortion{};                  ///< Depth images are corrected by it before anything is looked for; point clouds are
+                                            ///< not.
 };
 
 /// What a user can say of a sensor in one number.
@@ -92,7 +101,8 @@ void for_each_parameter(Options& o, Visitor&& visit) {
       o.bias_m);
 }
 
-/// Checks every range, and that no number is given that means nothing to the kind. The message names the parameter.
+/// Checks every range, the distortion, and that no number is given that means nothing to the kind. The message names the
+/// parameter.
 Status validate(const SensorOptions& options);
 
 /// Of a Kinect v1, sigma_z = kKinectNoise_per_m z^2: Khoshelham & Elberink, "Accuracy and resolution of Kinect depth data for

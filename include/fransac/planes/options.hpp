@@ -168,7 +168,8 @@ void for_each_option(Options& o, Visitor&& visit) {
   visit(OptionInfo{"scoring", "", "compare hypotheses by inlier count or truncated squared distance"}, o.ransac.scoring);
   visit(OptionInfo{"local-optimisation", "", "refit promising hypotheses to their inliers"}, o.ransac.local_optimisation);
   visit(OptionInfo{"refine", "", "least-squares fit of the final plane to its inliers"}, o.ransac.refine);
-  visit(OptionInfo{"sensor", "", "how depth was measured, which tells cells its noise; auto: estimated from the frame"},
+  visit(OptionInfo{"sensor", "",
+                   "how depth was measured, which tells cells its noise; auto: estimated from the frame; or a sensor.json"},
         o.sensor.kind);
   for_each_parameter(o.sensor, [&](const SensorParameter& p, auto& value) {
     visit(OptionInfo{.name = p.name, .unit = p.unit, .help = p.help, .min = p.min, .max = p.max, .parameter_of = "sensor-param"},
@@ -191,10 +192,6 @@ struct EnumNames<Method> {
 template <>
 struct EnumNames<PlaneOrder> {
   static constexpr std::string_view values[] = {"area", "support"};
-};
-template <>
-struct EnumNames<SensorKind> {
-  static constexpr std::string_view values[] = {"auto", "structured-light", "stereo", "tof", "none"};
 };
 template <>
 struct EnumNames<LabelsFrom> {

@@ -94,9 +94,11 @@ struct Segmentation {
   std::optional<Eigen::Vector3d> up;  ///< Unit vector in the input's coordinates.
   UpSource up_source = UpSource::none;  ///< Who says so.
   // The errors that `cells` worked with, the sensor's or estimated (SensorModel); zero for the other methods.
-  DepthNoise noise;                  ///< Pixel noise: one sigma of what is independent from pixel to pixel.
-  DepthNoise slow_noise;             ///< Slow noise: one sigma of what pixels near each other share, over tens of pixels.
-  double bias_m = 0.0;               ///< Bias: by how much a plane may be bent or shifted, the same in every frame, metres.
+  DepthNoise noise;       ///< Pixel noise: one sigma of what is independent from pixel to pixel.
+  DepthNoise slow_noise;  ///< Slow noise: one sigma of what pixels near each other share, over tens of pixels.
+  double bias_m = 0.0;    ///< Bias: by how much a plane may be bent or shifted, the same in every frame, metres.
+  Distortion distortion;  ///< By which the depth image was corrected; what else looks at that image with this segmentation
+                          ///< corrects it likewise.
   std::vector<PlaneSegment> planes;  ///< In the order asked for; planes[i].id == i + 1.
 
   std::uint64_t valid_points = 0;                       ///< Measured pixels or points of the input.
@@ -127,10 +129,10 @@ class Workspace {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Finds planes in a depth image. `camera` must have the image's size; the view's depth scale counts, not the camera's.
-/// Errors: invalid_argument (options, camera, view), no_data (fewer than three measured pixels, or none within the
-/// pass-through limits, or all points collinear), out_of_memory. A frame in which no plane has `min_support` is no
-/// error: `planes` is empty.
+/// Finds planes in a depth image, corrected by the sensor's distortion if it has one. `camera` must have the image's size; the
+/// view's depth scale counts, not the camera's. Errors: invalid_argument (options, camera, view), no_data (fewer than three
+/// measured pixels, or none within the pass-through limits, or all points collinear), out_of_memory. A frame in which no plane
+/// has `min_support` is no error: `planes` is empty.
 Result<Segmentation> segment(const DepthView& depth, const Camera& camera, const SegmentOptions& options = {});
 /// The same, reusing the memory of `workspace` and `segmentation`; after an error `segmentation` holds no planes.
 Status segment(const DepthView& depth, const Camera& camera, const SegmentOptions& options, Workspace& workspace,

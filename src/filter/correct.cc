@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fransac/filter/correct.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+
+namespace fransac {
+namespace {
+
+/// What q is multiplied by, from a times depth and b.
+float factor(const DistortionRow& row, float x, float z) {
+  float offset = row.offset_per_m.back();
+  float gain = row.gain.back();
+  for (std::size_t k = row.gain.size() - 1; k-- > 0;) {
+    offset = offset * x + row.offset_per_m[k];
+    gain = gain * x + row.gain[k];
+  }
+  constexpr float kMost = 2.0F;
+  return std::min(std::max(1.0F + gain + offset * z, 1.0F / kMost), kMost);
+}
+
+/// Calls correct_row(v, row, x0, step): x of pixel u is x0 + step u.
+template <class CorrectRow>
+void for_each_row(const DepthView& depth, const Distortion& distortion, CorrectRow&& correct_row) {
+  const float step = 2.0F / static_cast<float>(depth.width());
+  for (int v = 0; v < depth.height(); ++v) {
+    correct_row(v, distortion_row(distortion, (2.0 * v + 1.0) / depth.height() - 1.0), 0.5F * step - 1.0F, step);
+  }
+}
+
+void correct_units(const DepthView& depth, const Distortion& distortion, int saturated, std::uint16_t* out) {
+  constexpr auto kMostUnits = static_cast<float>(std::numeric_limits<std::uint16_t>::max());
+  const auto width = static_cast<std::size_t>(depth.width());
+  const float scale = depth.metres_per_unit();
+  const auto kept = static_cast<std::uint16_t>(saturated);  // where there is none: 0, which is kept anyway
+  for_each_row(depth, distortion, [&](int v, const DistortionRow& row, float x0, float step) {
+    const std::uint16_t* const in = depth.row_uint16(v);
+    for (std::size_t u = 0; u < width; ++u) {
+      const auto raw = static_cast<float>(in[u]);
+      const float corrected = raw / factor(row, x0 + step * static_cast<float>(u), scale * raw);
+      auto units = static_cast<std::uint16_t>(static_cast<std::int32_t>(std::min(std::max(corrected, 1.0F), kMostUnits) + 0.5F));
+      if (units == kept) --units;  // is a measurement still
+      out[u] = in[u] == 0 || in[u] == kept ? in[u] : units;
+    }
+    out += width;
+  });
+}
+
+void correct_metres(const DepthView& depth, const Distortion& distortion, float* out) {
+  const auto width = static_cast<std::size_t>(depth.width());
+  for_each_row(depth, distortion, [&](int v, const DistortionRow& row, float x0, float step) {
+    const float* const in = depth.row_float(v);
+    for (std::size_t u = 0; u < width; ++u) {
+      const float z = in[u];
+      const bool measured = z > 0.0F && z <= kMaxDepth_m;
+      out[u] = measured ? z / factor(row, x0 + step * static_cast<float>(u), z) : z;
+    }
+    out += width;
+  });
+}
+
+}  // namespace
+
+Status correct(const DepthView& depth, const Distortion& distortion, int saturated, CorrectedDepth& result) {
+  if (Status status = validate(distortion); !status) return status;
+  if (Status status = check_shape(distortion, depth.width(), depth.height()); !status) return status;
+  if (depth.format() == DepthFormat::uint16) {
+    result.units.resize(depth.size());
+    correct_units(depth, distortion, saturated, result.units.data());
+    result.view = depth.in_memory(result.units.data(), depth.width() * static_cast<std::ptrdiff_t>(sizeof(std::uint16_t)));
+  } else {
+    result.metres.resize(depth.size());
+    correct_metres(depth, distortion, result.metres.data());
+    result.view = depth.in_memory(result.metres.data(), depth.width() * static_cast<std::ptrdiff_t>(sizeof(float)));
+  }
+  return {};
+}
+
+}  // namespace fransac
