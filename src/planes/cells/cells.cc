@@ -180,9 +180,14 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
             const SensorModel& sensor, Buffers& b, StageClock& clock, Segmentation& result) {
   const DepthRows<Raw> rows(depth, camera, limits);
   b.grid.sampling = sampling_of(camera);
-  const ImageRows<Raw> image(rows, b.grid.sampling.copies, b.grid.sampling.merged, options.threads, b.image);
-  result.sampled_points =
-      measure_cells(image, depth, camera, sensor, options.sensor, options.threads, b.grid_buffers, b.grid);
+  std::optional<ImageRows<Raw>> rows_of_cells;
+  for (bool again = false;; again = true) {
+    rows_of_cells.emplace(rows, b.grid.sampling.copies, b.grid.sampling.merged, options.threads, b.image);
+    result.sampled_points =
+        measure_cells(*rows_of_cells, depth, camera, sensor, options.sensor, options.threads, b.grid_buffers, b.grid);
+    if (again || !make_finer(b.grid.noise, b.grid.sampling)) break;
+  }
+  const ImageRows<Raw>& image = *rows_of_cells;
   result.valid_points = limits == nullptr ? result.sampled_points : 0;
   for (int v = 0; limits != nullptr && v < rows.height(); ++v) {
     result.valid_points += rows.count(rows.row(v, b.image.work.front()).measured);

@@ -398,15 +398,18 @@ Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, Grid
   noise.slow = given.slow.value_or(kC.slow_noise * noise.cell);
   // Rendered depth is not bent. Its cells agree to a small part of what any sensor's do.
   double sum = 0.0;
+  double relative = 0.0;
   double cells = 0.0;
   for_each_sampled_row(grid, [&](int first) {
     for (std::size_t i = at(first); i < at(first + grid.columns); ++i) {
       if (grid.n[i] == 0.0F) continue;
       sum += std::log(static_cast<double>(grid.sigma[i]));
+      relative += std::log(static_cast<double>(grid.sigma[i]) / static_cast<double>(grid.q[i] * grid.q[i]));
       cells += 1.0;
     }
   });
   const double typical = cells > 0.0 ? std::exp(sum / cells) : kLeastSigma;
+  noise.slope_rad = cells > 0.0 ? noise.shown * std::exp((sum + relative) / (2.0 * cells)) * grid.camera.fx / Grid::kHalfCell : 1.0;
   const double exact = std::clamp(noise.cell * typical / (kC.exact_noise * kKinectNoise_per_m), kC.least_bias_scale, 1.0);
   // What bends planes grows with the angle from the optical axis: a narrow view sees less of it than a Kinect's.
   constexpr double kWidth = 640.0 / kFocalLength_px;
@@ -527,6 +530,16 @@ Sampling sampling_of(const Camera& camera) {
   while (sampling.merged < kMostMerged && ratio / sampling.merged > half) sampling.merged *= 2;
   while (sampling.copies < kMostCopies && ratio * sampling.copies * 1.6 < 1.0) sampling.copies *= 2;
   return sampling;
+}
+
+bool make_finer(const Noise& noise, Sampling& sampling) {
+  if (!(noise.slope_rad < kC.fine_slope) || sampling.copies == kMostCopies) return false;
+  if (sampling.merged > 1) {
+    sampling.merged /= 2;
+  } else {
+    sampling.copies *= 2;
+  }
+  return true;
 }
 
 template <class Raw>

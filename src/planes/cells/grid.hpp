@@ -86,6 +86,7 @@ struct Noise {
   double shown = 0.0;  ///< A cell's mean and slopes (times half a cell) differ from its neighbours' by this share, as seen.
   double cell = 0.0;   ///< The same, as it is believed: no less than what errors make that all rows of a cell share.
   double slow = 0.0;   ///< Slow noise: what many cells share, as a share of the pixel noise.
+  double slope_rad = 0.0;   ///< A cell's direction differs from its neighbours' by this, over the frame, radians.
   double bias_m = 0.0;      ///< How far a plane may be bent or shifted, metres.
   double bias_scale = 0.0;  ///< bias_m as a share of what real sensors have.
 };
@@ -101,6 +102,8 @@ struct Sampling {
   bool operator==(const Sampling&) const = default;
 };
 Sampling sampling_of(const Camera& camera);
+/// Where depth is so precise that smaller cells know their direction well, too, makes them half as long, once. Else false.
+bool make_finer(const Noise& noise, Sampling& sampling);
 
 /// All arrays have a border of one cell without measurements, so that every cell has neighbours.
 class Grid {
