@@ -31,16 +31,13 @@ struct EnumNames<UpSource> {
   static constexpr std::string_view values[] = {"none", "given", "estimated"};
 };
 
-/// What `cells` saw of a plane when it judged it; all of it enters PlaneSegment::confidence. Zero for other methods.
+/// What `cells` saw of a plane when it judged it: what PlaneSegment::confidence follows from. Zero for other methods.
 struct PlaneEvidence {
-  double nats = 0.0;             ///< How improbable it is that unrelated surfaces agree this well, in nats.
-  double turn_rad = 0.0;         ///< By how much the surface's normal turns from end to end, radians, and
-  double turn_sigma_rad = 0.0;   ///< one sigma of that.
-  double core_turn_rad = 0.0;    ///< The same away from the plane's border, where pixels are mixed, radians, and
-  double core_turn_sigma_rad = 0.0;  ///< one sigma of that.
-  double smooth_border = 0.0;    ///< Share of the border beyond which the surface goes on smoothly, 0 to 1.
-  double misfit = 0.0;           ///< Root mean square distance of its cells, over slow noise.
-  double front_m2 = 0.0;         ///< Size as seen from the camera: area were it turned to the front, square metres.
+  double share = 0.0;           ///< Of the measured pixels.
+  double turn_rad = 0.0;        ///< By how much the surface's normal turns from end to end, with or without its border, which
+                                ///< is blurred: the lesser, radians.
+  double turn_sigma_rad = 0.0;  ///< One sigma of that, radians.
+  double smooth_border = 0.0;   ///< Share of the border beyond which the surface goes on smoothly, 0 to 1.
 };
 
 /// One plane of a segmentation, with its evidence.

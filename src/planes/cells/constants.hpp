@@ -41,7 +41,7 @@ namespace fransac::cells {
   /* A patch of a curved surface: so much of its border goes on smoothly, bending by less than about ten degrees. */           \
   X(smooth_share, 0.45) X(slight_bend, 0.17)                                                                                     \
   /* Merging neighbours without a jump; the wider one where the surface is smooth. */                                           \
-  X(fine_slope, 0.1) X(step_m, 0.008) X(joined_share, 0.48) X(near_k, 3.5) X(near_m, 0.002) X(near_smooth_m, 0.012)                                                                       \
+  X(fine_slope, 0.05) X(step_m, 0.008) X(joined_share, 0.48) X(near_k, 3.5) X(near_m, 0.002) X(near_smooth_m, 0.012)                                                                       \
   /* Merging across what hides them: residual, prediction, correlation length of slow errors in cells, share seen past. */      \
   X(far_k, 2.5) X(far_m, 0.002) X(far_prediction_k, 8.0) X(slow_cells, 36) X(seen_past, 0.2)                                    \
   /* By area: what is known to 5 cm comes before what is not. */                                                                \
@@ -68,5 +68,15 @@ extern const Constants kConstants;
 #else
 inline constexpr Constants kConstants;
 #endif
+
+/// Weights of the logistic regression that makes a plane's confidence, written by scripts/fit-confidence.
+struct Confidence {
+  double bias = 4.482;
+  double share = 0.929;
+  double turn = -1.048;
+  double turn_sigma = 0.372;
+  double smooth = -4.855;
+};
+inline constexpr Confidence kConfidence;
 
 }  // namespace fransac::cells

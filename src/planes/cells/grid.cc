@@ -533,12 +533,8 @@ Sampling sampling_of(const Camera& camera) {
 }
 
 bool make_finer(const Noise& noise, Sampling& sampling) {
-  if (!(noise.slope_rad < kC.fine_slope) || sampling.copies == kMostCopies) return false;
-  if (sampling.merged > 1) {
-    sampling.merged /= 2;
-  } else {
-    sampling.copies *= 2;
-  }
+  if (sampling.merged > 1 || sampling.copies == kMostCopies || !(noise.slope_rad * noise.shown < kC.fine_slope)) return false;
+  sampling.copies *= 2;
   return true;
 }
 

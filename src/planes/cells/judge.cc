@@ -136,39 +136,40 @@ CellSet Judge::erode(const CellSet& set) const {
   return {b_.eroded.data(), set.top, set.bottom};
 }
 
-PlaneEvidence Judge::look(const Region& region, const CellSet& set) const {
-  const kernels::CellArrays cells = grid_.arrays(grid_.index(set.top, 0));
-  const kernels::CellSetPlane plane = about(region.fit.plane, region.fit.u, region.fit.v);
-  const auto shape_of = [&](const CellSet& s) { return kernels::sum_shape(cells, s.bits, s.rows(), grid_.words, plane); };
-  const kernels::CellSetShape shape = shape_of(set);
-  PlaneEvidence a;
-  a.nats = evidence(region, shape);
-  const Turn whole = turn(region, shape);
-  // Cells at the border are blurred or hold something else, too; where enough is left they do not count.
-  const kernels::CellSetShape inner = shape_of(erode(set));
-  constexpr float kEnough = 9.0F;
-  const Turn core = inner.position[0] >= kEnough ? turn(region, inner) : whole;
-  a.turn_rad = whole.rad;
-  a.turn_sigma_rad = whole.sigma;
-  a.core_turn_rad = core.rad;
-  a.core_turn_sigma_rad = core.sigma;
-  a.smooth_border = smooth_border(set);
-  const double z = 1.0 / region.fit.q;
-  a.front_m2 = region.moments.n * z * z / (grid_.camera.fx * grid_.camera.fy);
-  a.misfit = std::sqrt(static_cast<double>(shape.off) / std::max(1, region.cells)) /
-             std::max(1e-12, grid_.noise.slow * region.sigma());
-  return a;
+kernels::CellSetShape Judge::shape(const Region& region, const CellSet& set) const {
+  return kernels::sum_shape(grid_.arrays(grid_.index(set.top, 0)), set.bits, set.rows(), grid_.words,
+                            about(region.fit.plane, region.fit.u, region.fit.v));
 }
 
-bool Judge::is_curved(const PlaneEvidence& a) {
-  return std::min(a.turn_rad - 2.0 * a.turn_sigma_rad, a.core_turn_rad - 2.0 * a.core_turn_sigma_rad) > kC.most_turn;
+Judge::Turns Judge::turns(const Region& region, const CellSet& set, const kernels::CellSetShape& whole) const {
+  Turns found;
+  found.whole = found.core = turn(region, whole);
+  constexpr float kEnough = 9.0F;  // cells
+  const kernels::CellSetShape core = shape(region, erode(set));
+  if (core.position[0] >= kEnough) found.core = turn(region, core);
+  return found;
 }
 
-double Judge::confidence(const PlaneEvidence& a) {
-  // Fitted by scripts/fit-confidence.
-  const double turn = std::min(a.turn_rad, a.core_turn_rad);
-  const double x = 0.58 - 4.915 * a.smooth_border + 0.933 * std::log(std::max(a.nats, 1.0) / 100.0) - 0.73 * std::log(turn + 0.03) +
-                   0.521 * std::log(std::max(a.turn_sigma_rad, 0.005));
+bool Judge::may_be_plane(const Region& region, const CellSet& set) const {
+  const kernels::CellSetShape whole = shape(region, set);
+  if (evidence(region, whole) < kC.least_evidence) return false;
+  const Turns turns = this->turns(region, set, whole);
+  constexpr double kSigmas = 2.0;
+  return std::min(turns.whole.rad - kSigmas * turns.whole.sigma, turns.core.rad - kSigmas * turns.core.sigma) <= kC.most_turn;
+}
+
+PlaneEvidence Judge::look(const Region& region, const CellSet& set, double measured) const {
+  const Turns turns = this->turns(region, set, shape(region, set));
+  return {.share = region.moments.n / std::max(measured, 1.0),
+          .turn_rad = std::min(turns.whole.rad, turns.core.rad),
+          .turn_sigma_rad = turns.whole.sigma,
+          .smooth_border = smooth_border(set)};
+}
+
+double Judge::confidence(const PlaneEvidence& e) {
+  const double x = kConfidence.bias + kConfidence.share * std::log(std::max(e.share, 1e-6)) +
+                   kConfidence.turn * std::log(e.turn_rad + 0.03) +
+                   kConfidence.turn_sigma * std::log(std::max(e.turn_sigma_rad, 0.005)) + kConfidence.smooth * e.smooth_border;
   return 1.0 / (1.0 + std::exp(-x));
 }
 

@@ -363,10 +363,12 @@ void reassign_borders(const Grid& grid, double least_confidence, ReassignBuffers
   constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses; ++pass) reassigner.run();
   const Judge judge(grid, judge_buffers);
+  double measured = 0.0;
+  for (std::size_t i = 0; i < grid.size(); ++i) measured += static_cast<double>(grid.n[i]);
   for (std::size_t g = 0; g < regions.list.size(); ++g) {
     Region& region = regions.list[g];
     if (!region.alive) continue;
-    region.evidence = judge.look(region, reassigner.cells(g));
+    region.evidence = judge.look(region, reassigner.cells(g), measured);
     region.confidence = Judge::confidence(region.evidence);
     region.alive = region.confidence >= least_confidence;
   }

@@ -175,8 +175,7 @@ class Grower {
     spread_.for_each([&](int i) { b_.weight[at(i)] = 0.0F; });
     Region region{.moments = moments_, .fit = plane, .cells = cells_};
     spread_.for_each([&](int i) { region.add(grid_, i); });
-    region.evidence = judge_.look(region, spread_.set());
-    if (region.evidence.nats < kC.least_evidence || Judge::is_curved(region.evidence)) return;
+    if (!judge_.may_be_plane(region, spread_.set())) return;
     const auto id = static_cast<std::int16_t>(regions_.list.size());
     spread_.for_each([&](int i) { regions_.owner[at(i)] = id; });
     regions_.list.push_back(region);
