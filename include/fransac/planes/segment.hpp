@@ -96,6 +96,7 @@ struct Segmentation {
   double bias_m = 0.0;    ///< Bias: by how much a plane may be bent or shifted, the same in every frame, metres.
   Distortion distortion;  ///< By which the depth image was corrected; what else looks at that image with this segmentation
                           ///< corrects it likewise.
+  int saturated = 0;      ///< The raw value that was taken for no measurement, if the depth image held it; else 0.
   std::vector<PlaneSegment> planes;  ///< In the order asked for; planes[i].id == i + 1.
 
   std::uint64_t valid_points = 0;                       ///< Measured pixels or points of the input.

@@ -64,10 +64,10 @@ double rough_area(const Region& region, const Plane& plane, const Camera& camera
 
 /// The order of planes: most square metres or most pixels first. By area, planes whose depth is known worse than to `sure_m` come
 /// after the others: so far away a few pixels span metres, and would leave what is near and certain behind a strip of a far wall.
-void sort_planes(PlaneOrder order, const DepthNoise& noise, std::vector<PlaneSegment>& planes) {
+void sort_planes(PlaneOrder order, const DepthNoise& noise, const DepthNoise& slow, std::vector<PlaneSegment>& planes) {
   const bool by_area = order == PlaneOrder::area;
   const auto rank = [&](const PlaneSegment& s) {
-    const bool last = by_area && noise.sigma_m(s.centroid.z()) > kC.sure_m;
+    const bool last = by_area && std::hypot(noise.sigma_m(s.centroid.z()), slow.sigma_m(s.centroid.z())) > kC.sure_m;
     return std::tuple(last, by_area ? -s.area_m2 : -static_cast<double>(s.inliers), s.id);
   };
   std::sort(planes.begin(), planes.end(), [&](const PlaneSegment& a, const PlaneSegment& b) { return rank(a) < rank(b); });
@@ -93,7 +93,7 @@ void number_regions(const Grid& grid, const SegmentOptions& options, Buffers& b,
     segment.area_m2 = rough_area(region, plane->plane, grid.camera);
     segment.centroid.z() = 1.0 / region.fit.q;
   }
-  sort_planes(*options.order, result.noise, result.planes);
+  sort_planes(*options.order, result.noise, result.slow_noise, result.planes);
   if (result.planes.size() > static_cast<std::size_t>(kMaxPlanes)) result.planes.resize(static_cast<std::size_t>(kMaxPlanes));
   for (PlaneSegment& segment : result.planes) {
     b.ranked.push_back(static_cast<std::int16_t>(segment.id));
@@ -121,7 +121,7 @@ void arrange(const SegmentOptions& options, Segmentation& result) {
   std::erase_if(result.planes, [&](const PlaneSegment& s) {
     return static_cast<double>(s.inliers) < least || s.area_m2 < options.cells.min_area_m2;
   });
-  sort_planes(*options.order, result.noise, result.planes);
+  sort_planes(*options.order, result.noise, result.slow_noise, result.planes);
   const auto most = static_cast<std::size_t>(*options.max_planes == 0 ? kMaxPlanes : *options.max_planes);
   if (result.planes.size() > most) result.planes.resize(most);
   renumber(numbered, result);

@@ -45,7 +45,7 @@ namespace fransac::cells {
   /* Merging across what hides them: residual, prediction, correlation length of slow errors in cells, share seen past. */      \
   X(far_k, 2.5) X(far_m, 0.002) X(far_prediction_k, 8.0) X(slow_cells, 36) X(seen_past, 0.2)                                    \
   /* By area: what is known to 5 cm comes before what is not. */                                                                \
-  X(sure_m, 0.05)                                                                                                               \
+  X(sure_m, 0.10)                                                                                                               \
   /* Pixels. */                                                                                                                 \
   X(pixel_k, 2.2) X(pixel_m, 0.008) X(flood_share, 0.5) X(flood_k, 1.5)
 // clang-format on
