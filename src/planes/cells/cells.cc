@@ -66,8 +66,13 @@ double rough_area(const Region& region, const Plane& plane, const Camera& camera
 /// after the others: so far away a few pixels span metres, and would leave what is near and certain behind a strip of a far wall.
 void sort_planes(PlaneOrder order, const DepthNoise& noise, const DepthNoise& slow, std::vector<PlaneSegment>& planes) {
   const bool by_area = order == PlaneOrder::area;
+  // The depth whose error is `sure_m`: sigma^2 = a + b z^4.
+  const auto sum = [](double x, double y) { return x * x + y * y; };
+  const double b = sum(noise.quadratic_per_m, slow.quadratic_per_m);
+  const double left = kC.sure_m * kC.sure_m - sum(noise.constant_m, slow.constant_m);
+  const double farthest = b > 0.0 ? std::pow(std::max(left, 0.0) / b, 0.25) : std::numeric_limits<double>::infinity();
   const auto rank = [&](const PlaneSegment& s) {
-    const bool last = by_area && std::hypot(noise.sigma_m(s.centroid.z()), slow.sigma_m(s.centroid.z())) > kC.sure_m;
+    const bool last = by_area && s.centroid.z() > farthest;
     return std::tuple(last, by_area ? -s.area_m2 : -static_cast<double>(s.inliers), s.id);
   };
   std::sort(planes.begin(), planes.end(), [&](const PlaneSegment& a, const PlaneSegment& b) { return rank(a) < rank(b); });

@@ -49,8 +49,9 @@ void resize(const DepthView& view, const Camera& camera, Grid& grid) {
     std::fill_n(values->begin() + static_cast<std::ptrdiff_t>(size), Grid::kPadding, 0.0F);
   }
   grid.usable.resize(size);
+  grid.measured.resize(size);
   grid.words = kernels::words_of(at(grid.columns));
-  for (auto* set : {&grid.usable_set, &grid.links.right, &grid.links.down, &grid.smooth.right, &grid.smooth.down})
+  for (auto* set : {&grid.usable_set, &grid.measured_set, &grid.links.right, &grid.links.down, &grid.smooth.right, &grid.smooth.down})
     set->resize(at(grid.rows) * grid.words);
 }
 
@@ -199,6 +200,8 @@ class Histogram {
   void add(const Histogram& other, std::uint32_t weight) {
     for (std::size_t i = 0; i < kBins; ++i) counts_[i] += weight * other.counts_[i];
   }
+  /// Forgets the largest values, kernels::kNone among them.
+  void drop_last() { counts_.back() = 0; }
   [[nodiscard]] std::uint64_t total() const { return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0}); }
   /// The value below which a share lies; 0 of nothing.
   [[nodiscard]] double quantile(double share) const {
@@ -227,9 +230,15 @@ class Histogram {
 /// The value below which a share of a sample lies; 0 without one. Values are not negative.
 double quantile(const AlignedVector<float>& sample, double share) {
   Histogram histogram;
-  for (const float value : sample) {
-    if (value < kernels::kNone) histogram.add(value, 1);
+  Histogram other;  // neighbours are often alike, and one counter would wait for itself
+  const std::size_t even = sample.size() / 2 * 2;
+  for (std::size_t i = 0; i < even; i += 2) {
+    histogram.add(sample[i], 1);
+    other.add(sample[i + 1], 1);
   }
+  if (even < sample.size()) histogram.add(sample[even], 1);
+  histogram.add(other, 1);
+  histogram.drop_last();
   return histogram.quantile(share);
 }
 
@@ -403,13 +412,14 @@ Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, Grid
   for_each_sampled_row(grid, [&](int first) {
     for (std::size_t i = at(first); i < at(first + grid.columns); ++i) {
       if (grid.n[i] == 0.0F) continue;
-      sum += std::log(static_cast<double>(grid.sigma[i]));
-      relative += std::log(static_cast<double>(grid.sigma[i]) / static_cast<double>(grid.q[i] * grid.q[i]));
+      const auto sigma = static_cast<double>(grid.sigma[i]);
+      sum += sigma;
+      relative += sigma / static_cast<double>(grid.q[i]);
       cells += 1.0;
     }
   });
-  const double typical = cells > 0.0 ? std::exp(sum / cells) : kLeastSigma;
-  noise.slope_rad = cells > 0.0 ? noise.shown * std::exp((sum + relative) / (2.0 * cells)) * grid.camera.fx / Grid::kHalfCell : 1.0;
+  const double typical = cells > 0.0 ? sum / cells : kLeastSigma;
+  noise.slope_rad = cells > 0.0 ? noise.shown * relative / cells * grid.camera.fx / static_cast<double>(Grid::kHalfCell) : 1.0;
   const double exact = std::clamp(noise.cell * typical / (kC.exact_noise * kKinectNoise_per_m), kC.least_bias_scale, 1.0);
   // What bends planes grows with the angle from the optical axis: a narrow view sees less of it than a Kinect's.
   constexpr double kWidth = 640.0 / kFocalLength_px;
@@ -432,6 +442,7 @@ void find_usable(Grid& grid) {
   const float* const __restrict residual = grid.residual.data();
   float* const __restrict slack = grid.slack.data();
   std::uint8_t* const __restrict usable = grid.usable.data();
+  std::uint8_t* const __restrict measured = grid.measured.data();
   const std::size_t size = grid.size();
   for (std::size_t i = 0; i < size; ++i) {
     const float variance = sigma[i] * sigma[i];
@@ -440,6 +451,7 @@ void find_usable(Grid& grid) {
     slack[i] = grow_noise * variance + grow_length * fourth;
     const bool flat = residual[i] <= usable_noise * variance + usable_length * fourth;
     const bool near = sigma[i] <= most * squared_q;
+    measured[i] = static_cast<std::uint8_t>(n[i] > 0.0F);
     usable[i] = static_cast<std::uint8_t>(static_cast<int>(n[i] > 0.0F) & static_cast<int>(flat) & static_cast<int>(near));
   }
 }
@@ -474,6 +486,7 @@ void find_links_of_frame(Grid& grid) {
   const auto square = [](double x) { return static_cast<float>(x * x); };
   for (int r = 0; r < grid.rows; ++r) {
     pack(&grid.usable[at(grid.index(r, 0))], at(grid.columns), &grid.usable_set[at(r) * grid.words]);
+    pack(&grid.measured[at(grid.index(r, 0))], at(grid.columns), &grid.measured_set[at(r) * grid.words]);
   }
   const float jump_noise = square(kC.jump_k * grid.noise.cell);
   find_links(grid,

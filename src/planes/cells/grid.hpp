@@ -120,9 +120,11 @@ class Grid {
   AlignedVector<float> sigma;                                     ///< Pixel noise of this cell: one sigma of q, per metre.
   AlignedVector<float> slack;                                     ///< Square of what a member of a region may be off, per metre.
   AlignedVector<std::uint8_t> usable;
+  AlignedVector<std::uint8_t> measured;
   // Sets of cells without the border: a bit each, rows of `words` words.
   std::size_t words = 0;
   std::vector<std::uint64_t> usable_set;
+  std::vector<std::uint64_t> measured_set;  ///< Cells with a plane, usable or not.
   /// Usable cells that something joins to the next on the right, and to the one below.
   struct Links {
     std::vector<std::uint64_t> right;

@@ -95,26 +95,31 @@ double Judge::evidence(const Region& region, const kernels::CellSetShape& shape)
 double Judge::smooth_border(const CellSet& set) const {
   int measured = 0;
   int smooth = 0;
-  const std::size_t words = grid_.words;
-  const auto has = [&](int r, int c) {
-    if (r < set.top || r > set.bottom || c < 0 || c >= grid_.columns) return false;
-    return (set.bits[at(r - set.top) * words + at(c / kernels::kWordBits)] >> (c % kernels::kWordBits) & 1U) != 0;
+  const auto count = [&](std::uint64_t sides, std::uint64_t links) {
+    measured += std::popcount(sides);
+    smooth += std::popcount(sides & links);
   };
+  constexpr int kLast = kernels::kWordBits - 1;
+  const std::size_t words = grid_.words;
   for (int r = set.top; r <= set.bottom; ++r) {
+    const std::uint64_t* const row = set.bits + at(r - set.top) * words;
+    const std::size_t first = at(r) * words;
+    const std::uint64_t* const known = &grid_.measured_set[first];
+    const std::uint64_t* const right = &grid_.smooth.right[first];
     for (std::size_t w = 0; w < words; ++w) {
-      const std::uint64_t bits = set.bits[at(r - set.top) * words + w];
-      if (bits == 0) continue;
-      for (std::uint64_t rest = bits; rest != 0; rest &= rest - 1) {
-        const int c = static_cast<int>(w) * kernels::kWordBits + std::countr_zero(rest);
-        const auto side = [&](int dr, int dc, const std::vector<std::uint64_t>& links, int lr, int lc) {
-          if (has(r + dr, c + dc) || !(grid_.n[at(grid_.index(r + dr, c + dc))] > 0.0F)) return;
-          ++measured;
-          smooth += static_cast<int>(links[at(lr) * words + at(lc / kernels::kWordBits)] >> (lc % kernels::kWordBits) & 1U);
-        };
-        side(0, 1, grid_.smooth.right, r, c);
-        if (c > 0) side(0, -1, grid_.smooth.right, r, c - 1);
-        side(1, 0, grid_.smooth.down, r, c);
-        if (r > 0) side(-1, 0, grid_.smooth.down, r - 1, c);
+      if (row[w] == 0) continue;
+      // Bit c of `before` says something of column c - 1, of `after` of column c + 1.
+      const auto before = [&](const std::uint64_t* bits) { return bits[w] << 1 | (w > 0 ? bits[w - 1] >> kLast : 0); };
+      const auto after = [&](const std::uint64_t* bits) { return bits[w] >> 1 | (w + 1 < words ? bits[w + 1] << kLast : 0); };
+      count(row[w] & ~before(row) & before(known), before(right));
+      count(row[w] & ~after(row) & after(known), right[w]);
+      if (r > 0) {
+        const std::uint64_t above = r > set.top ? (row - words)[w] : 0;
+        count(row[w] & ~above & (known - words)[w], grid_.smooth.down[first - words + w]);
+      }
+      if (r + 1 < grid_.rows) {
+        const std::uint64_t below = r < set.bottom ? (row + words)[w] : 0;
+        count(row[w] & ~below & (known + words)[w], grid_.smooth.down[first + w]);
       }
     }
   }
@@ -141,28 +146,26 @@ kernels::CellSetShape Judge::shape(const Region& region, const CellSet& set) con
                             about(region.fit.plane, region.fit.u, region.fit.v));
 }
 
-Judge::Turns Judge::turns(const Region& region, const CellSet& set, const kernels::CellSetShape& whole) const {
-  Turns found;
-  found.whole = found.core = turn(region, whole);
+Judge::Turn Judge::core_turn(const Region& region, const CellSet& set, const Turn& whole) const {
   constexpr float kEnough = 9.0F;  // cells
   const kernels::CellSetShape core = shape(region, erode(set));
-  if (core.position[0] >= kEnough) found.core = turn(region, core);
-  return found;
+  return core.position[0] >= kEnough ? turn(region, core) : whole;
 }
 
 bool Judge::may_be_plane(const Region& region, const CellSet& set) const {
-  const kernels::CellSetShape whole = shape(region, set);
-  if (evidence(region, whole) < kC.least_evidence) return false;
-  const Turns turns = this->turns(region, set, whole);
+  const kernels::CellSetShape all = shape(region, set);
+  if (evidence(region, all) < kC.least_evidence) return false;
   constexpr double kSigmas = 2.0;
-  return std::min(turns.whole.rad - kSigmas * turns.whole.sigma, turns.core.rad - kSigmas * turns.core.sigma) <= kC.most_turn;
+  const auto is_straight = [](const Turn& t) { return t.rad - kSigmas * t.sigma <= kC.most_turn; };
+  const Turn whole = turn(region, all);
+  return is_straight(whole) || is_straight(core_turn(region, set, whole));
 }
 
 PlaneEvidence Judge::look(const Region& region, const CellSet& set, double measured) const {
-  const Turns turns = this->turns(region, set, shape(region, set));
+  const Turn whole = turn(region, shape(region, set));
   return {.share = region.moments.n / std::max(measured, 1.0),
-          .turn_rad = std::min(turns.whole.rad, turns.core.rad),
-          .turn_sigma_rad = turns.whole.sigma,
+          .turn_rad = std::min(whole.rad, core_turn(region, set, whole).rad),
+          .turn_sigma_rad = whole.sigma,
           .smooth_border = smooth_border(set)};
 }
 

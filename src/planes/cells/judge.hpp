@@ -32,14 +32,10 @@ class Judge {
     double rad = 0.0;
     double sigma = 0.0;
   };
-  /// Of a whole set, and of it without the cells at its border, which are blurred or hold something else, too.
-  struct Turns {
-    Turn whole;
-    Turn core;
-  };
-  [[nodiscard]] Turns turns(const Region& region, const CellSet& set, const kernels::CellSetShape& shape) const;
   /// By how much the normal turns from one end of a set to the other, and one sigma of that.
   [[nodiscard]] Turn turn(const Region& region, const kernels::CellSetShape& shape) const;
+  /// The same without the cells at the border, which are blurred or hold something else, too; where few are left, the whole's.
+  [[nodiscard]] Turn core_turn(const Region& region, const CellSet& set, const Turn& whole) const;
   /// Nats.
   [[nodiscard]] double evidence(const Region& region, const kernels::CellSetShape& shape) const;
   /// The share of a set's measured sides that a smooth surface crosses.

@@ -35,6 +35,7 @@ void make_cells(const Grid& grid, const Regions& regions, PixelCells& cells) {
   cells.columns = grid.columns * merged;
   cells.rows = grid.rows * merged;
   cells.stride = cells.columns + 2;
+  cells.floor_m = floor_m(grid.noise);
   cells.owner.assign(cells.size(), kNobody);
   cells.tolerance.assign(cells.size() + Grid::kPadding, 0.0F);
   cells.q.assign(cells.size() + Grid::kPadding, 0.0F);
@@ -125,7 +126,7 @@ class Flood {
         continue;
       const auto fits = kernels::cell_kernels<Raw>().fits(
           image_.cells(row), at(column), metres_per_unit_, cell_plane(plane, grid_, row, 0),
-          {cells_.tolerance.data() + cells_.index(row, 0), floor_m(grid_.noise)});
+          {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m});
       constexpr std::uint32_t kLeast = 5;
       if (fits.fitting < kLeast || fits.fitting < kC.flood_share * fits.measured) continue;
       cells_.owner[at(j)] = owner;
@@ -248,7 +249,7 @@ class RowLabeller {
       evidence[at(k)].count = task.counts.data() + at(k) * cells;
     }
     kernel.label(pixels, at(first), cells, view_.metres_per_unit(), planes.data(), at(candidates.count),
-                 {cells_.tolerance.data() + cells_.index(row, 0), floor_m(grid_.noise)}, out,
+                 {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m}, out,
                  evidence.data());
     for (int k = 0; k < candidates.count; ++k) {
       const std::int16_t region = candidates.regions[at(k)];

@@ -197,8 +197,10 @@ class Merger {
       ++between;
       if (!(grid_.n[at(i)] > 0.0F)) continue;
       const double q = joint.plane.at(static_cast<double>(grid_.u[at(i)]), static_cast<double>(grid_.v[at(i)]));
-      const double slack = std::hypot(k * static_cast<double>(grid_.sigma[at(i)]), kLength_m * grid_.noise.bias_scale * q * q);
-      if (static_cast<double>(grid_.q[at(i)]) < q - slack) ++past;
+      const double noise = k * static_cast<double>(grid_.sigma[at(i)]);
+      const double length = kLength_m * grid_.noise.bias_scale * q * q;
+      const double off = q - static_cast<double>(grid_.q[at(i)]);
+      if (off > 0.0 && off * off > noise * noise + length * length) ++past;
     }
     return past > kC.seen_past * between;
   }
