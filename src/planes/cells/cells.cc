@@ -69,7 +69,7 @@ void sort_planes(PlaneOrder order, const DepthNoise& noise, const DepthNoise& sl
   // The depth whose error is `sure_m`: sigma^2 = a + b z^4.
   const auto sum = [](double x, double y) { return x * x + y * y; };
   const double b = sum(noise.quadratic_per_m, slow.quadratic_per_m);
-  const double left = kC.sure_m * kC.sure_m - sum(noise.constant_m, slow.constant_m);
+  const double left = 0.5 * kC.most_sigma_m * 0.5 * kC.most_sigma_m - sum(noise.constant_m, slow.constant_m);
   const double farthest = b > 0.0 ? std::pow(std::max(left, 0.0) / b, 0.25) : std::numeric_limits<double>::infinity();
   const auto rank = [&](const PlaneSegment& s) {
     const bool last = by_area && s.centroid.z() > farthest;

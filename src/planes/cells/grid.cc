@@ -377,7 +377,7 @@ void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& show
   const NoiseOfInverse highest(known ? times(sensor.noise, 2.0)
                                      : DepthNoise{.constant_m = kC.most_constant_m, .quadratic_per_m = 4.0 * kKinectNoise_per_m});
   const NoiseOfInverse local(known ? times(sensor.noise, 2.0)
-                                   : DepthNoise{.constant_m = kC.local_constant_m, .quadratic_per_m = kKinectNoise_per_m});
+                                   : DepthNoise{.constant_m = 0.2 * kC.most_constant_m, .quadratic_per_m = kKinectNoise_per_m});
   const auto doubled = static_cast<float>(kC.local_noise * kC.local_noise);
   constexpr auto kLeast = static_cast<float>(kLeastSigma * kLeastSigma);
   const float* const __restrict q = grid.q.data();
@@ -420,21 +420,20 @@ Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, Grid
   });
   const double typical = cells > 0.0 ? sum / cells : kLeastSigma;
   noise.slope_rad = cells > 0.0 ? noise.shown * relative / cells * grid.camera.fx / static_cast<double>(Grid::kHalfCell) : 1.0;
-  const double exact = std::clamp(noise.cell * typical / (kC.exact_noise * kKinectNoise_per_m), kC.least_bias_scale, 1.0);
+  const double exact = std::clamp(noise.cell * typical / (kC.exact_noise * kKinectNoise_per_m), 0.05, 1.0);
   // What bends planes grows with the angle from the optical axis: a narrow view sees less of it than a Kinect's.
   constexpr double kWidth = 640.0 / kFocalLength_px;
   const double view = std::min(1.0, grid.width / grid.camera.fx / kWidth);
   noise.bias_m = given.bias_m.value_or(known ? sensor.bias_m : exact * view * kC.bias_m);
-  noise.bias_scale = noise.bias_m / kC.bias_m;
   return noise;
 }
 
 void find_usable(Grid& grid) {
   const auto square = [](double x) { return static_cast<float>(x * x); };
-  const float usable_noise = square(kC.usable_k);
-  const float usable_length = square(kC.usable_m * grid.noise.bias_scale) + square(kC.flat_in_cell_m);
-  const float grow_noise = square(kC.grow_k * grid.noise.cell);
-  const float grow_length = square(kC.bias_m * grid.noise.bias_scale) + square(kC.flat_m);
+  const float usable_noise = square(kC.sigmas);
+  const float usable_length = square(kC.bias_near * grid.noise.bias_m) + square(kC.flat_m / 3.0);
+  const float grow_noise = square(kC.wide_sigmas * grid.noise.cell);
+  const float grow_length = square(grid.noise.bias_m) + square(kC.flat_m);
   const auto most = static_cast<float>(kC.most_sigma_m);
   const float* const __restrict n = grid.n.data();
   const float* const __restrict q = grid.q.data();
@@ -488,25 +487,25 @@ void find_links_of_frame(Grid& grid) {
     pack(&grid.usable[at(grid.index(r, 0))], at(grid.columns), &grid.usable_set[at(r) * grid.words]);
     pack(&grid.measured[at(grid.index(r, 0))], at(grid.columns), &grid.measured_set[at(r) * grid.words]);
   }
-  const float jump_noise = square(kC.jump_k * grid.noise.cell);
+  const float jump_noise = square(kC.sigmas * grid.noise.cell);
   find_links(grid,
              {.jump_noise = jump_noise,
-              .jump_m = square(kC.jump_m * grid.noise.bias_scale),
+              .jump_m = square(kC.bias_near * grid.noise.bias_m),
               .slope_u = Grid::kHalfCell,
               .slope_v = Grid::kHalfCell,
-              .bend_noise = square(kC.bend_k * grid.noise.cell),
-              .bend_m = square(kC.bend_m * grid.noise.bias_scale),
+              .bend_noise = square(kC.sigmas * grid.noise.cell),
+              .bend_m = square(kC.bias_near * grid.noise.bias_m),
               .bend_rad = 0.0F},
              grid.links);
   // A plane's slope in depth over the image plane at z = 1 is its slope in q over q.
   find_links(grid,
              {.jump_noise = jump_noise,
-              .jump_m = square(kC.jump_m),
+              .jump_m = square(kC.bias_near * kC.bias_m),
               .slope_u = static_cast<float>(grid.camera.fx),
               .slope_v = static_cast<float>(grid.camera.fy),
-              .bend_noise = square(kC.bend_k * grid.noise.cell * grid.camera.fx / static_cast<double>(Grid::kHalfCell)),
+              .bend_noise = square(kC.sigmas * grid.noise.cell * grid.camera.fx / static_cast<double>(Grid::kHalfCell)),
               .bend_m = 0.0F,
-              .bend_rad = square(kC.slight_bend)},
+              .bend_rad = square(0.5 * kC.most_turn)},
              grid.smooth);
 }
 

@@ -88,7 +88,6 @@ struct Noise {
   double slow = 0.0;   ///< Slow noise: what many cells share, as a share of the pixel noise.
   double slope_rad = 0.0;   ///< A cell's direction differs from its neighbours' by this, over the frame, radians.
   double bias_m = 0.0;      ///< How far a plane may be bent or shifted, metres.
-  double bias_scale = 0.0;  ///< bias_m as a share of what real sensors have.
 };
 
 /// Cells are 8 x 8 samples and see about the same angle whatever the image's size: a sample is a pixel of a Kinect's image, one

@@ -59,7 +59,7 @@ Judge::Turn Judge::turn(const Region& region, const kernels::CellSetShape& shape
   constexpr double kRoundest_m = 0.05;
   const Camera& camera = grid_.camera;
   const double before = 1.0 / (kRoundest_m * camera.fx * camera.fy * kPerSample * kPerSample);
-  const double least_variance = std::pow(kC.curved_noise * grid_.noise.cell * region.sigma(), 2);
+  const double least_variance = std::pow(0.5 * grid_.noise.cell * region.sigma(), 2);
   for (int i = 3; i < 6; ++i) normal(i, i) += least_variance / (before * before);
   const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(normal);
   const Eigen::Matrix<double, 6, 1> solution = solver.solve(right);

@@ -27,7 +27,7 @@ kernels::CellPlane cell_plane(const InversePlane& plane, const Grid& grid, int r
 }
 
 /// What pixels may be off: their noise and slow errors, what the sensor bends, and how flat a plane has to be.
-float floor_m(const Noise& noise) { return static_cast<float>(std::hypot(kC.pixel_m * noise.bias_scale, kC.flat_m)); }
+float floor_m(const Noise& noise) { return static_cast<float>(std::hypot(kC.bias_far * noise.bias_m, kC.flat_m)); }
 
 /// The grid's cells, each as its `merged` x `merged` parts.
 void make_cells(const Grid& grid, const Regions& regions, PixelCells& cells) {
@@ -39,7 +39,7 @@ void make_cells(const Grid& grid, const Regions& regions, PixelCells& cells) {
   cells.owner.assign(cells.size(), kNobody);
   cells.tolerance.assign(cells.size() + Grid::kPadding, 0.0F);
   cells.q.assign(cells.size() + Grid::kPadding, 0.0F);
-  const auto sigma = static_cast<float>(kC.pixel_k * std::hypot(1.0, grid.noise.slow));
+  const auto sigma = static_cast<float>(kC.sigmas * std::hypot(1.0, grid.noise.slow));
   for (int r = 0; r < cells.rows; ++r) {
     const std::size_t from = at(grid.index(r / merged, 0));
     const std::size_t to = at(cells.index(r, 0));
@@ -122,13 +122,13 @@ class Flood {
       // A cell that is a plane by itself must be this plane.
       const int whole = grid_.index(row / grid_.sampling.merged, column / grid_.sampling.merged);
       if (grid_.usable[at(whole)] != 0 &&
-          !grid_.distance(whole, FloatPlane(plane)).within(static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(whole)]))
+          !grid_.distance(whole, FloatPlane(plane)).within(static_cast<float>(2.25) * grid_.slack[at(whole)]))
         continue;
       const auto fits = kernels::cell_kernels<Raw>().fits(
           image_.cells(row), at(column), metres_per_unit_, cell_plane(plane, grid_, row, 0),
           {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m});
       constexpr std::uint32_t kLeast = 5;
-      if (fits.fitting < kLeast || fits.fitting < kC.flood_share * fits.measured) continue;
+      if (fits.fitting < kLeast || fits.fitting < 0.5 * fits.measured) continue;
       cells_.owner[at(j)] = owner;
       b_.queue.push_back(j);
     }

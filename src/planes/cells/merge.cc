@@ -108,18 +108,18 @@ class Merger {
   /// Whether a step runs along a border: its mean jump is more than slow noise and bias make. One or two pairs say nothing.
   [[nodiscard]] bool is_step(const Border& border) const {
     constexpr int kFewest = 3;
-    if (border.length < kFewest || border.smooth > kC.joined_share * border.length) return false;
+    if (border.length < kFewest || border.smooth > 0.5 * border.length) return false;
     const double mean = border.jump / border.length;
     const double noise = 1.0 * grid_.noise.slow;
-    const double length = kC.step_m * grid_.noise.bias_scale;
+    const double length = kC.bias_far * grid_.noise.bias_m;
     return mean * mean > (noise * noise * border.variance + length * length * border.q4) / border.length;
   }
 
   /// Square of k of the slow errors plus a length, for the cells of two regions.
-  [[nodiscard]] double tolerance(const Pair& p, double k, double length_m) const {
+  [[nodiscard]] double tolerance(const Pair& p, double k) const {
     const double cells = region(p.a).cells + region(p.b).cells;
     const double noise = k * grid_.noise.slow;
-    const double length = length_m * grid_.noise.bias_scale;
+    const double length = kC.bias_near * grid_.noise.bias_m;
     return (noise * noise * (region(p.a).variance + region(p.b).variance) +
             length * length * (region(p.a).q4 + region(p.b).q4)) /
            cells;
@@ -134,7 +134,7 @@ class Merger {
     const Region& large = a.cells >= b.cells ? a : b;
     const Region& small = a.cells >= b.cells ? b : a;
     const bool meet = border.length >= std::min(3.0, 0.5 * std::sqrt(small.cells));
-    const double far = tolerance(p, kC.far_k, kC.far_m);
+    const double far = tolerance(p, kC.sigmas);
     if (!meet && !predicts(large, small.fit, far)) return;
     Moments sum = a.moments;
     sum += b.moments;
@@ -143,19 +143,8 @@ class Merger {
     const double rise = (joint->mean_squared_residual * sum.n - a.fit.mean_squared_residual * a.moments.n -
                          b.fit.mean_squared_residual * b.moments.n) /
                         std::min(a.moments.n, b.moments.n);
-    const bool smooth = meet && angle(a.fit, b.fit) < kC.slight_bend;
-    const bool alike =
-        meet ? rise <= tolerance(p, kC.near_k, smooth ? kC.near_smooth_m : kC.near_m) : rise <= far && !is_seen_past(p, *joint);
+    const bool alike = meet ? rise <= tolerance(p, kC.wide_sigmas) : rise <= far && !is_seen_past(p, *joint);
     if (alike) p.rise = static_cast<float>(rise);
-  }
-
-  /// Between two planes' normals, radians.
-  [[nodiscard]] double angle(const PlaneFit& a, const PlaneFit& b) const {
-    const Camera& c = grid_.camera;
-    const auto normal = [&](const InversePlane& p) {
-      return Eigen::Vector3d(p.du * c.fx, p.dv * c.fy, p.at(c.cx - 0.5 * grid_.width, c.cy - 0.5 * grid_.height)).normalized();
-    };
-    return std::acos(std::min(1.0, std::abs(normal(a.plane).dot(normal(b.plane)))));
   }
 
   /// Whether the large region's plane foretells the small one, as far as it can foretell anything there.
@@ -184,7 +173,6 @@ class Merger {
     const double v = b.v - a.v;
     const int steps = static_cast<int>(std::max(std::abs(u), std::abs(v)) / kernels::kCell) + 1;
     const double k = 4.0 * grid_.noise.cell;
-    constexpr double kLength_m = 0.006;
     int between = 0;
     int past = 0;
     for (int t = 0; t <= steps; ++t) {
@@ -198,7 +186,7 @@ class Merger {
       if (!(grid_.n[at(i)] > 0.0F)) continue;
       const double q = joint.plane.at(static_cast<double>(grid_.u[at(i)]), static_cast<double>(grid_.v[at(i)]));
       const double noise = k * static_cast<double>(grid_.sigma[at(i)]);
-      const double length = kLength_m * grid_.noise.bias_scale * q * q;
+      const double length = kC.bias_far * grid_.noise.bias_m * q * q;
       const double off = q - static_cast<double>(grid_.q[at(i)]);
       if (off > 0.0 && off * off > noise * noise + length * length) ++past;
     }

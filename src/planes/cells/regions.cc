@@ -27,7 +27,7 @@ struct SeedBlock {
 // 3 x 3 cells have a normal that is known to a degree; strips and corners too thin for that start from 2 x 2.
 std::array<SeedBlock, 2> seed_blocks() {
   return {
-      {{{3, 3, 1, 1, 7}, static_cast<int>(kC.least_cells)}, {{2, 2, 1, 1, 4}, static_cast<int>(kC.least_cells_of_small_seed)}}};
+      {{{3, 3, 1, 1, 7}, static_cast<int>(9)}, {{2, 2, 1, 1, 4}, static_cast<int>(5)}}};
 }
 
 class Grower {
@@ -67,7 +67,7 @@ class Grower {
       start.u = plane.u;
       start.v = plane.v;
       cells_ = 0;
-      finish(best_row, best_column, start, static_cast<int>(kC.least_cells));
+      finish(best_row, best_column, start, static_cast<int>(9));
     }
   }
 
@@ -86,8 +86,8 @@ class Grower {
   void find_seeds(const kernels::CellBlock& block) {
     b_.flatness.resize(grid_.size());
     const auto square = [](double x) { return static_cast<float>(x * x); };
-    const float usable_noise = square(kC.usable_k);
-    const float usable_length = square(kC.usable_m * grid_.noise.bias_scale) + square(kC.flat_in_cell_m);
+    const float usable_noise = square(kC.sigmas);
+    const float usable_length = square(kC.bias_near * grid_.noise.bias_m) + square(kC.flat_m / 3.0);
     for (int r = 0; r < grid_.rows; ++r) {
       const int i = grid_.index(r, 0);
       kernels::measure_blocks(grid_.arrays(i), b_.weight.data() + i, grid_.sigma.data() + i, at(grid_.columns), block,
@@ -147,7 +147,7 @@ class Grower {
       return plane.has_value();
     };
     // A plane is trusted some way beyond the cells it goes through.
-    for (double reach = kC.grow_reach;; reach *= kC.grow_reach) {
+    for (double reach = 2.0;; reach *= 2.0) {
       const Spread::Window window = spread_.window(row, column, static_cast<int>(reach));
       if (!spread(window)) return;
       if (!spread_.touches(window)) break;
