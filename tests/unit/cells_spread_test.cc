@@ -26,7 +26,7 @@ class World {
     grid.words = kernels::words_of(at(num_columns));
     const std::size_t size = grid.size() + Grid::kPadding;
     for (auto* values : {&grid.n, &grid.u, &grid.v, &grid.q, &grid.uu, &grid.uv, &grid.vv, &grid.du, &grid.dv, &grid.residual,
-                         &grid.shape, &grid.slack}) {
+                         &grid.sigma, &grid.slack}) {
       values->assign(size, 0.0F);
     }
     grid.usable.assign(grid.size(), 0);
@@ -151,26 +151,20 @@ std::vector<int> cells_of(const Spread& spread) {
 void check_set(const World& world, const Spread& spread, const std::vector<int>& expected, const kernels::CellSetPlane& about) {
   const Grid& grid = world.grid;
   RC_ASSERT(cells_of(spread) == expected);  // each once, row by row
-  std::vector<bool> mine(grid.size(), false);
-  for (const int i : expected) mine[at(i)] = true;
-  int length = 0;
-  int smooth = 0;
-  for (const int i : expected) {
-    for (int direction = 0; direction < 4; ++direction) {
-      if (mine[at(i + grid.step(direction))]) continue;
-      ++length;
-      if (world.is_linked(grid.smooth, row_of(grid, i), column_of(grid, i), direction)) ++smooth;
-    }
-  }
-  const Spread::Border border = spread.border();
-  RC_ASSERT(border.length == length);
-  RC_ASSERT(border.smooth == smooth);
-
   const std::vector<std::ptrdiff_t> indices(expected.begin(), expected.end());
   const kernels::CellSetSums sums = spread.sums(about);
   RC_ASSERT(sums.cells == static_cast<int>(expected.size()));
   RC_ASSERT(testing::agree(testing::values_of(sums), testing::sums_of(grid.arrays(0), indices, about)));
-  RC_ASSERT(spread.shape(about).position[0] == static_cast<float>(expected.size()));
+  // The set is what the cells are.
+  const CellSet set = spread.set();
+  std::vector<int> of_set;
+  for (int r = set.top; r <= set.bottom; ++r) {
+    for (int c = 0; c < grid.columns; ++c) {
+      const std::uint64_t word = set.bits[at(r - set.top) * grid.words + at(c / kernels::kWordBits)];
+      if ((word >> (c % kernels::kWordBits) & 1U) != 0) of_set.push_back(grid.index(r, c));
+    }
+  }
+  RC_ASSERT(of_set == expected);
 }
 
 bool touches(const World& world, const std::vector<int>& cells, const Window& window) {

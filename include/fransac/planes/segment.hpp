@@ -56,7 +56,7 @@ struct PlaneSegment {
   PlaneKind kind = PlaneKind::unknown;  ///< Floor, wall …; `unknown` where nothing tells what is up.
   double confidence = 1.0;  ///< Probability that this is a plane of the scene, 0 to 1; calibrated on frames that its weights did
                             ///< not see. Methods other than `cells` do not judge: 1.
-  PlaneEvidence evidence;   ///< What that follows from.
+  PlaneEvidence evidence{};  ///< What that follows from.
   double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a
                          ///< grid on the plane.
 };

@@ -62,15 +62,15 @@ double rough_area(const Region& region, const Plane& plane, const Camera& camera
   return region.moments.n * z * z * z / (camera.fx * camera.fy * std::max(std::abs(plane.d), 1e-3));
 }
 
-/// The order of planes: most square metres or most pixels first. By area, planes whose depth is known worse than to `sure_m` come
+/// The order of planes: most square metres or most pixels first. By area, planes whose depth is known worse than to half of `most_sigma_m` come
 /// after the others: so far away a few pixels span metres, and would leave what is near and certain behind a strip of a far wall.
 void sort_planes(PlaneOrder order, const DepthNoise& noise, const DepthNoise& slow, std::vector<PlaneSegment>& planes) {
   const bool by_area = order == PlaneOrder::area;
-  // The depth whose error is `sure_m`: sigma^2 = a + b z^4.
+  // The depth whose error is that: sigma^2 = a^2 + (b z^2)^2.
   const auto sum = [](double x, double y) { return x * x + y * y; };
-  const double b = sum(noise.quadratic_per_m, slow.quadratic_per_m);
+  const double fourth = sum(noise.quadratic_per_m, slow.quadratic_per_m);
   const double left = 0.5 * kC.most_sigma_m * 0.5 * kC.most_sigma_m - sum(noise.constant_m, slow.constant_m);
-  const double farthest = b > 0.0 ? std::pow(std::max(left, 0.0) / b, 0.25) : std::numeric_limits<double>::infinity();
+  const double farthest = fourth > 0.0 ? std::pow(std::max(left, 0.0) / fourth, 0.25) : std::numeric_limits<double>::infinity();
   const auto rank = [&](const PlaneSegment& s) {
     const bool last = by_area && s.centroid.z() > farthest;
     return std::tuple(last, by_area ? -s.area_m2 : -static_cast<double>(s.inliers), s.id);

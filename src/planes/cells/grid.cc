@@ -392,6 +392,26 @@ void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& show
   }
 }
 
+/// The law of the pixel noise as cells have it: what the frame shows within its bounds, or the sensor's at the frame's scale.
+DepthNoise believed(const SensorModel& sensor, double step_m, const DepthNoise& shown, const Grid& grid) {
+  if (sensor.kind == SensorKind::automatic) {
+    return {.constant_m = std::clamp(shown.constant_m, step_m / std::sqrt(12.0), std::max(step_m, kC.most_constant_m)),
+            .quadratic_per_m = std::clamp(shown.quadratic_per_m, kLeastSigma, 4.0 * kKinectNoise_per_m)};
+  }
+  const NoiseOfInverse model(sensor.noise);
+  double ratio = 0.0;
+  double cells = 0.0;
+  for_each_sampled_row(grid, [&](int first) {
+    for (std::size_t i = at(first); i < at(first + grid.columns); ++i) {
+      const float usual = model.at(grid.q[i]);
+      if (grid.n[i] == 0.0F || !(usual > 0.0F)) continue;
+      ratio += static_cast<double>(grid.sigma[i] / std::sqrt(usual));
+      cells += 1.0;
+    }
+  });
+  return cells > 0.0 ? times(sensor.noise, ratio / cells) : sensor.noise;
+}
+
 /// The frame's errors that are not a cell's own.
 Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, GridBuffers& buffers, const Grid& grid) {
   const bool known = sensor.kind != SensorKind::automatic;
@@ -565,7 +585,7 @@ std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, co
   const DepthNoise shown = measure_pixel_noise(buffers, grid);
   set_sigmas(sensor, step, shown, buffers, grid);
   grid.noise = estimate_noise(sensor, given, buffers, grid);
-  grid.noise.pixel = shown;
+  grid.noise.pixel = believed(sensor, step, shown, grid);
   find_usable(grid);
   find_links_of_frame(grid);
   std::size_t measured = 0;

@@ -173,7 +173,10 @@ class Grower {
     // Whether it is a plane or not, its cells have been looked at.
     spread_.claim();
     spread_.for_each([&](int i) { b_.weight[at(i)] = 0.0F; });
-    Region region{.moments = moments_, .fit = plane, .cells = cells_};
+    Region region;
+    region.moments = moments_;
+    region.fit = plane;
+    region.cells = cells_;
     spread_.for_each([&](int i) { region.add(grid_, i); });
     if (!judge_.may_be_plane(region, spread_.set())) return;
     const auto id = static_cast<std::int16_t>(regions_.list.size());
