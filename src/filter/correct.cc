@@ -70,7 +70,8 @@ bool without_saturated(const DepthView& depth, int saturated, CorrectedDepth& re
   for (int v = 0; v < depth.height() && !any; ++v) {
     const std::uint16_t* const row = depth.row_uint16(v);
     std::uint16_t found = 0;  // without a branch and as narrow as the values, so that it is vector code
-    for (std::size_t u = 0; u < width; ++u) found = static_cast<std::uint16_t>(found | static_cast<std::uint16_t>(row[u] == value));
+    for (std::size_t u = 0; u < width; ++u)
+      found = static_cast<std::uint16_t>(found | static_cast<std::uint16_t>(row[u] == value));
     any = found != 0;
   }
   if (!any) return false;

@@ -33,10 +33,10 @@ struct EnumNames<UpSource> {
 
 /// What `cells` saw of a plane when it judged it: what PlaneSegment::confidence follows from. Zero for other methods.
 struct PlaneEvidence {
-  double share = 0.0;           ///< Of the measured pixels.
+  double share = 0.0;           ///< Of the pixels of all cells with enough measurements.
   double turn_rad = 0.0;        ///< By how much the surface's normal turns from end to end, with or without its border, which
                                 ///< is blurred: the lesser, radians.
-  double turn_sigma_rad = 0.0;  ///< One sigma of that, radians.
+  double turn_sigma_rad = 0.0;  ///< One sigma of that, border included, radians.
   double smooth_border = 0.0;   ///< Share of the border beyond which the surface goes on smoothly, 0 to 1.
 };
 
@@ -54,8 +54,8 @@ struct PlaneSegment {
   /// layout.
   Eigen::Matrix<double, 4, 4, Eigen::DontAlign> covariance = Eigen::Matrix4d::Zero();
   PlaneKind kind = PlaneKind::unknown;  ///< Floor, wall …; `unknown` where nothing tells what is up.
-  double confidence = 1.0;  ///< Probability that this is a plane of the scene, 0 to 1; calibrated on frames that its weights did
-                            ///< not see. Methods other than `cells` do not judge: 1.
+  double confidence = 1.0;   ///< Probability that this is a plane of the scene, 0 to 1; calibrated on frames that its weights did
+                             ///< not see. Methods other than `cells` do not judge: 1.
   PlaneEvidence evidence{};  ///< What that follows from.
   double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a
                          ///< grid on the plane.

@@ -29,14 +29,9 @@ std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid) {
   const double v = camera.cy - 0.5 * grid.height;
   const Eigen::Vector3d parameters(f.plane.du * camera.fx, f.plane.dv * camera.fy, f.plane.at(u, v));
   const double cells = std::max(region.cells, 1);
-  // If pixels err independently, half a cell times its slopes differs from its neighbours' by this much of a pixel's sigma:
-  // a column has the variance 5.25 in a cell of 64 pixels. What is clearly more, by the 15 % to which both are known, is
-  // shared by neighbours.
-  constexpr double kIndependent = 1.15 * 0.218;
   const double pixel = region.sigma() * region.sigma();
-  const double shared = pixel * std::max(0.0, grid.noise.shown * grid.noise.shown - kIndependent * kIndependent);
   const double pixels = region.moments.n / std::pow(grid.sampling.per_pixel(), 2);
-  const double variance = pixel / pixels + kC.slow_noise * kC.slow_noise * shared * std::min(kC.slow_cells, cells) / cells;
+  const double variance = pixel / pixels + pixel * grid.noise.shared * std::min(kC.slow_cells, cells) / cells;
   Eigen::Matrix3d about_mean = Eigen::Matrix3d::Zero();  // of du, dv, and q at the mean pixel
   const double det = f.uu * f.vv - f.uv * f.uv;
   about_mean << f.vv / det, -f.uv / det, 0.0, -f.uv / det, f.uu / det, 0.0, 0.0, 0.0, 1.0;
@@ -62,8 +57,9 @@ double rough_area(const Region& region, const Plane& plane, const Camera& camera
   return region.moments.n * z * z * z / (camera.fx * camera.fy * std::max(std::abs(plane.d), 1e-3));
 }
 
-/// The order of planes: most square metres or most pixels first. By area, planes whose depth is known worse than to half of `most_sigma_m` come
-/// after the others: so far away a few pixels span metres, and would leave what is near and certain behind a strip of a far wall.
+/// The order of planes: most square metres or most pixels first. By area, planes whose depth is known worse than to half of
+/// `most_sigma_m` come after the others: so far away a few pixels span metres, and would leave what is near and certain behind a
+/// strip of a far wall.
 void sort_planes(PlaneOrder order, const DepthNoise& noise, const DepthNoise& slow, std::vector<PlaneSegment>& planes) {
   const bool by_area = order == PlaneOrder::area;
   // The depth whose error is that: sigma^2 = a^2 + (b z^2)^2.
@@ -209,7 +205,8 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   grow_regions(b.grid, b.expected, b.region_buffers, b.judge, b.regions);
   clock.end(Stage::regions);
   merge_regions(b.grid, b.merge, b.regions);
-  reassign_borders(b.grid, options.cells.min_confidence, b.reassign, b.judge, b.regions);
+  reassign_borders(b.grid, b.reassign, b.regions);
+  judge_regions(b.grid, options.cells.min_confidence, b.reassign, b.judge, b.regions);
   clock.end(Stage::merge);
   number_regions(b.grid, options, b, result);
   label_pixels(image, depth, camera, b.grid, b.regions, b.labels, options.threads, b.pixels, result.labels.data());

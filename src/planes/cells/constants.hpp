@@ -11,9 +11,9 @@ namespace fransac::cells {
 // clang-format off
 /// X(name, value). Lengths in metres; factors k of a noise in standard deviations of it.
 #define FRANSAC_CELLS_CONSTANTS(X)                                                                                              \
-  /* Pixels of 64 that a cell needs: with a quarter its slopes are still known to twice what a full one's are. */               \
+  /* Of the 64 pixels of a cell it needs half: with fewer, slopes are noise. */                                                  \
   X(least_measured, 32)                                                                                                         \
-  /* Where smaller cells know their direction as well: noise of a cell's direction, radians, times what neighbours share. */    \
+  /* Smaller cells where they know their direction, too: its noise, radians, times the noise from cell to cell. */               \
   X(fine_slope, 0.05)                                                                                                           \
   /* Pixel noise: a quantile low enough to come from flat cells in a cluttered frame. */                                        \
   X(noise_quantile, 0.30)                                                                                                       \

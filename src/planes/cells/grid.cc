@@ -21,8 +21,8 @@ constexpr double kFocalLength_px = 525.0;
 constexpr int kMostCopies = 2;
 constexpr int kMostMerged = 8;
 
-/// What the image's noise can at most be taken for, and what any sensor's rounding makes.
-constexpr double kLeastSigma = 1e-3 * kKinectNoise_per_m;  // floats of rendered depth
+/// Noise is taken for no less: what the rounding of floats leaves of rendered depth.
+constexpr double kLeastSigma = 1e-3 * kKinectNoise_per_m;
 
 Camera camera_of_samples(const Camera& camera, const Sampling& sampling) {
   const double k = sampling.per_pixel();
@@ -51,7 +51,8 @@ void resize(const DepthView& view, const Camera& camera, Grid& grid) {
   grid.usable.resize(size);
   grid.measured.resize(size);
   grid.words = kernels::words_of(at(grid.columns));
-  for (auto* set : {&grid.usable_set, &grid.measured_set, &grid.links.right, &grid.links.down, &grid.smooth.right, &grid.smooth.down})
+  for (auto* set :
+       {&grid.usable_set, &grid.measured_set, &grid.links.right, &grid.links.down, &grid.smooth.right, &grid.smooth.down})
     set->resize(at(grid.rows) * grid.words);
 }
 
@@ -180,8 +181,7 @@ void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Gr
       for (int k = 0; k < kFields; ++k) of_row[k] = of_all[k] + at(y) * stride;
       task.measured += kernel.moments(image.cells(row * merged + y), stride, metres_per_unit, 0.25F * least, fields(of_row));
     }
-    for (std::size_t c = 0; c < cells; ++c)
-      merge_cell(fields(of_all), merged, stride, c * at(merged), kC.least_measured, c, out);
+    for (std::size_t c = 0; c < cells; ++c) merge_cell(fields(of_all), merged, stride, c * at(merged), kC.least_measured, c, out);
   }
   // From the cell's centre to the image's.
   const double half = 0.5 * (kCell - 1);
@@ -250,8 +250,8 @@ void for_each_sampled_row(const Grid& grid, Visitor visit) {
   for (int r = 0; r < grid.rows; r += step) visit(grid.index(r, 0));
 }
 
-/// Which cells tell something of noise: not those that hold one value throughout. A wall seen from the front in coarse units does,
-/// but so do a sky, a far clip and a filled hole.
+/// Which cells tell something of noise: not those that hold one value throughout. A wall seen from the front in coarse units
+/// does, but so do a sky, a far clip and a filled hole.
 void find_telling(GridBuffers& buffers, const Grid& grid) {
   buffers.telling.resize(grid.size() + Grid::kPadding);
   buffers.centred.resize(grid.size() + Grid::kPadding);
@@ -355,7 +355,8 @@ DepthNoise times(const DepthNoise& noise, double factor) {
   return {noise.constant_m * factor, noise.linear * factor, noise.quadratic_per_m * factor};
 }
 
-/// Every cell's own noise: that of the flattest cell nearby, no less than the frame's, no more than what its sensor may have.
+/// Every cell's own noise: that of the flattest cell nearby, no less than the frame's law says within its bounds, and no more
+/// than `local_noise` times that, or what a named sensor may have, or of others a Kinect.
 void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& shown, GridBuffers& buffers, Grid& grid) {
   const bool known = sensor.kind != SensorKind::automatic;
   AlignedVector<float>& least_residual = buffers.least_residual;
@@ -412,7 +413,7 @@ DepthNoise believed(const SensorModel& sensor, double step_m, const DepthNoise& 
   return cells > 0.0 ? times(sensor.noise, ratio / cells) : sensor.noise;
 }
 
-/// The frame's errors that are not a cell's own.
+/// What is not a cell's own: noise from cell to cell, slow noise, bias; and how well a cell knows its direction.
 Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, GridBuffers& buffers, const Grid& grid) {
   const bool known = sensor.kind != SensorKind::automatic;
   Noise noise;
@@ -425,6 +426,13 @@ Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, Grid
   noise.shown = std::min(std::max(mean, slope), kMost);
   noise.cell = std::max(noise.shown, kShared);
   noise.slow = given.slow.value_or(kC.slow_noise * noise.cell);
+  // If pixels err independently, half a cell times its slopes differs from its neighbours' by this much of a pixel's sigma:
+  // a column has the variance 5.25 in a cell of 64 pixels. What is clearly more, by the 15 % to which both are known, is
+  // shared by neighbours.
+  constexpr double kIndependent = 1.15 * 0.218;
+  noise.shared = given.slow
+                     ? *given.slow * *given.slow
+                     : kC.slow_noise * kC.slow_noise * std::max(0.0, noise.shown * noise.shown - kIndependent * kIndependent);
   // Rendered depth is not bent. Its cells agree to a small part of what any sensor's do.
   double sum = 0.0;
   double relative = 0.0;
@@ -520,7 +528,7 @@ void find_links_of_frame(Grid& grid) {
   // A plane's slope in depth over the image plane at z = 1 is its slope in q over q.
   find_links(grid,
              {.jump_noise = jump_noise,
-              .jump_m = square(kC.bias_near * kC.bias_m),
+              .jump_m = square(kC.bias_near * kC.bias_m),  // a rendered surface is as smooth as a measured one
               .slope_u = static_cast<float>(grid.camera.fx),
               .slope_v = static_cast<float>(grid.camera.fy),
               .bend_noise = square(kC.sigmas * grid.noise.cell * grid.camera.fx / static_cast<double>(Grid::kHalfCell)),
@@ -593,9 +601,9 @@ std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, co
   return measured;
 }
 
-template std::size_t measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const SensorModel&, const SensorOptions&, int,
-                                   GridBuffers&, Grid&);
-template std::size_t measure_cells(const ImageRows<float>&, const DepthView&, const Camera&, const SensorModel&, const SensorOptions&, int,
-                                   GridBuffers&, Grid&);
+template std::size_t measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const SensorModel&,
+                                   const SensorOptions&, int, GridBuffers&, Grid&);
+template std::size_t measure_cells(const ImageRows<float>&, const DepthView&, const Camera&, const SensorModel&,
+                                   const SensorOptions&, int, GridBuffers&, Grid&);
 
 }  // namespace fransac::cells

@@ -82,12 +82,13 @@ std::optional<PlaneFit> fit(const Moments& moments);
 
 /// The frame's three errors. Pixel noise is each cell's own, Grid::sigma; the others are shares of it, and a length.
 struct Noise {
-  DepthNoise pixel;    ///< One sigma of a pixel by depth, over the frame; what a cell's own is no less than.
-  double shown = 0.0;  ///< A cell's mean and slopes (times half a cell) differ from its neighbours' by this share, as seen.
-  double cell = 0.0;   ///< The same, as it is believed: no less than what errors make that all rows of a cell share.
-  double slow = 0.0;   ///< Slow noise: what many cells share, as a share of the pixel noise.
-  double slope_rad = 0.0;   ///< A cell's direction differs from its neighbours' by this, over the frame, radians.
-  double bias_m = 0.0;      ///< How far a plane may be bent or shifted, metres.
+  DepthNoise pixel;        ///< One sigma of a pixel by depth, over the frame.
+  double shown = 0.0;      ///< A cell's mean and slopes (times half a cell) differ from its neighbours' by this share, as seen.
+  double cell = 0.0;       ///< The same, as it is believed: no less than what errors make that all rows of a cell share.
+  double slow = 0.0;       ///< Slow noise: what many cells share, as a share of the pixel noise.
+  double shared = 0.0;     ///< Variance of slow noise over that of a pixel, less what independent errors would show as well.
+  double slope_rad = 0.0;  ///< A cell's direction differs from its neighbours' by this, over the frame, radians.
+  double bias_m = 0.0;     ///< How far a plane may be bent or shifted, metres.
 };
 
 /// Cells are 8 x 8 samples and see about the same angle whatever the image's size: a sample is a pixel of a Kinect's image, one
@@ -182,13 +183,13 @@ class Grid {
 
 /// Memory of measure_cells.
 struct GridBuffers {
-  AlignedVector<float> sample;          ///< Some are kernels::kNone.
-  AlignedVector<float> telling;         ///< Per cell: measurements of those that tell something of noise, else 0.
-  AlignedVector<float> centred;         ///< Per cell: inverse depth at its centre.
+  AlignedVector<float> sample;   ///< Some are kernels::kNone.
+  AlignedVector<float> telling;  ///< Per cell: measurements of those that tell something of noise, else 0.
+  AlignedVector<float> centred;  ///< Per cell: inverse depth at its centre.
   AlignedVector<float> least_residual;
   struct Task {
-    std::size_t measured;         ///< Pixels of a row of cells.
-    AlignedVector<float> parts;   ///< Moments of the cells of 8 x 8 pixels that are merged.
+    std::size_t measured;        ///< Pixels of a row of cells.
+    AlignedVector<float> parts;  ///< Moments of the cells of 8 x 8 pixels that are merged.
   };
   std::vector<Task> tasks;  ///< Per row of cells.
 };

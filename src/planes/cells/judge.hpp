@@ -20,7 +20,7 @@ class Judge {
  public:
   Judge(const Grid& grid, JudgeBuffers& buffers) : grid_(grid), b_(buffers) {}
 
-  /// Whether a region whose cells are `set` may be a plane or a part of one: neither chance nor curved for certain.
+  /// Whether a region whose cells are `set` may be a plane: neither chance nor curved for certain.
   [[nodiscard]] bool may_be_plane(const Region& region, const CellSet& set) const;
   /// What a region shows, of an image with so many measured samples.
   [[nodiscard]] PlaneEvidence look(const Region& region, const CellSet& set, double measured) const;

@@ -119,14 +119,14 @@ class Flood {
       const int row = j / cells_.stride - 1;
       const int column = j % cells_.stride - 1;
       if (row < 0 || row >= cells_.rows || column < 0 || column >= cells_.columns) continue;
-      // A cell that is a plane by itself must be this plane.
+      // A cell that is a plane by itself must be this plane, to half as much again as a member.
+      constexpr float kWide = 1.5F * 1.5F;
       const int whole = grid_.index(row / grid_.sampling.merged, column / grid_.sampling.merged);
-      if (grid_.usable[at(whole)] != 0 &&
-          !grid_.distance(whole, FloatPlane(plane)).within(static_cast<float>(2.25) * grid_.slack[at(whole)]))
+      if (grid_.usable[at(whole)] != 0 && !grid_.distance(whole, FloatPlane(plane)).within(kWide * grid_.slack[at(whole)]))
         continue;
-      const auto fits = kernels::cell_kernels<Raw>().fits(
-          image_.cells(row), at(column), metres_per_unit_, cell_plane(plane, grid_, row, 0),
-          {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m});
+      const auto fits =
+          kernels::cell_kernels<Raw>().fits(image_.cells(row), at(column), metres_per_unit_, cell_plane(plane, grid_, row, 0),
+                                            {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m});
       constexpr std::uint32_t kLeast = 5;
       if (fits.fitting < kLeast || fits.fitting < 0.5 * fits.measured) continue;
       cells_.owner[at(j)] = owner;
@@ -249,8 +249,7 @@ class RowLabeller {
       evidence[at(k)].count = task.counts.data() + at(k) * cells;
     }
     kernel.label(pixels, at(first), cells, view_.metres_per_unit(), planes.data(), at(candidates.count),
-                 {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m}, out,
-                 evidence.data());
+                 {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m}, out, evidence.data());
     for (int k = 0; k < candidates.count; ++k) {
       const std::int16_t region = candidates.regions[at(k)];
       add(regions_.list[at(region)].fit.plane, row, at(first), evidence[at(k)], cells, task.planes[at(region)]);

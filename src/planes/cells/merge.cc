@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "planes/cells/constants.hpp"
 #include "planes/cells/judge.hpp"
@@ -31,7 +32,7 @@ class Merger {
     b_.target.resize(b_.alive.size());
     for (int i = 0; i < count(); ++i) b_.target[at(i)] = static_cast<std::int16_t>(i);
     make_pairs();
-    measure_cells();
+    measure_borders();
     for (MergeBuffers::Pair& pair : b_.pairs) judge(pair);
     merge_all();
     for (std::int16_t& owner : regions_.owner) {
@@ -62,8 +63,8 @@ class Merger {
     }
   }
 
-  /// Errors per region, and how regions meet.
-  void measure_cells() {
+  /// How regions meet.
+  void measure_borders() {
     for (int r = 0; r < grid_.rows; ++r) {
       for (int c = 0; c < grid_.columns; ++c) {
         const int i = grid_.index(r, c);
@@ -110,7 +111,7 @@ class Merger {
     constexpr int kFewest = 3;
     if (border.length < kFewest || border.smooth > 0.5 * border.length) return false;
     const double mean = border.jump / border.length;
-    const double noise = 1.0 * grid_.noise.slow;
+    const double noise = grid_.noise.slow;
     const double length = kC.bias_far * grid_.noise.bias_m;
     return mean * mean > (noise * noise * border.variance + length * length * border.q4) / border.length;
   }
@@ -120,8 +121,7 @@ class Merger {
     const double cells = region(p.a).cells + region(p.b).cells;
     const double noise = k * grid_.noise.slow;
     const double length = kC.bias_near * grid_.noise.bias_m;
-    return (noise * noise * (region(p.a).variance + region(p.b).variance) +
-            length * length * (region(p.a).q4 + region(p.b).q4)) /
+    return (noise * noise * (region(p.a).variance + region(p.b).variance) + length * length * (region(p.a).q4 + region(p.b).q4)) /
            cells;
   }
 
@@ -257,11 +257,6 @@ class Reassigner {
     }
   }
 
-  [[nodiscard]] CellSet cells(std::size_t region) {
-    const auto [top, bottom] = b_.rows[region];
-    return {set(region) + at(top) * words_, top, bottom};
-  }
-
  private:
   [[nodiscard]] std::uint64_t* set(std::size_t region) { return &b_.sets[region * size_]; }
 
@@ -347,20 +342,25 @@ class Reassigner {
 
 void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
 
-void reassign_borders(const Grid& grid, double least_confidence, ReassignBuffers& buffers, JudgeBuffers& judge_buffers,
-                      Regions& regions) {
+void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions) {
   Reassigner reassigner(grid, buffers, regions);
   constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses; ++pass) reassigner.run();
-  const Judge judge(grid, judge_buffers);
-  double measured = 0.0;
-  for (std::size_t i = 0; i < grid.size(); ++i) measured += static_cast<double>(grid.n[i]);
+  release_cells(regions);
+}
+
+void judge_regions(const Grid& grid, double min_confidence, const ReassignBuffers& reassigned, JudgeBuffers& buffers,
+                   Regions& regions) {
+  const Judge judge(grid, buffers);
+  const double measured = std::accumulate(grid.n.begin(), grid.n.end(), 0.0);
   for (std::size_t g = 0; g < regions.list.size(); ++g) {
     Region& region = regions.list[g];
     if (!region.alive) continue;
-    region.evidence = judge.look(region, reassigner.cells(g), measured);
+    const auto [top, bottom] = reassigned.rows[g];
+    const std::uint64_t* const bits = &reassigned.sets[(g * at(grid.rows) + at(top)) * grid.words];
+    region.evidence = judge.look(region, {bits, top, bottom}, measured);
     region.confidence = Judge::confidence(region.evidence);
-    region.alive = region.confidence >= least_confidence;
+    region.alive = region.confidence >= min_confidence;
   }
   release_cells(regions);
 }

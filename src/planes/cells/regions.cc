@@ -24,11 +24,8 @@ struct SeedBlock {
   kernels::CellBlock block;
   int least_members;
 };
-// 3 x 3 cells have a normal that is known to a degree; strips and corners too thin for that start from 2 x 2.
-std::array<SeedBlock, 2> seed_blocks() {
-  return {
-      {{{3, 3, 1, 1, 7}, static_cast<int>(9)}, {{2, 2, 1, 1, 4}, static_cast<int>(5)}}};
-}
+// 3 x 3 cells have a normal that is known to a degree; strips and corners too thin for that start from 2 x 2, and one more.
+constexpr std::array<SeedBlock, 2> kSeedBlocks{{{{3, 3, 1, 1, 7}, 9}, {{2, 2, 1, 1, 4}, 5}}};
 
 class Grower {
  public:
@@ -67,7 +64,7 @@ class Grower {
       start.u = plane.u;
       start.v = plane.v;
       cells_ = 0;
-      finish(best_row, best_column, start, static_cast<int>(9));
+      finish(best_row, best_column, start, kSeedBlocks[0].least_members);
     }
   }
 
@@ -204,11 +201,11 @@ void release_cells(Regions& regions) {
   }
 }
 
-void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
-                  JudgeBuffers& judge, Regions& regions) {
+void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers, JudgeBuffers& judge,
+                  Regions& regions) {
   Grower grower(grid, buffers, judge, regions);
   grower.run(expected);
-  for (const SeedBlock& block : seed_blocks()) grower.run(block);
+  for (const SeedBlock& block : kSeedBlocks) grower.run(block);
 }
 
 }  // namespace fransac::cells
