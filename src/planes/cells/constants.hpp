@@ -22,7 +22,7 @@ namespace fransac::cells {
   /* Dark or shiny surfaces are noisier than the frame, at most this often, or as noisy as a Kinect. */                         \
   X(local_noise, 2.0)                                                                                                           \
   /* Noise that no depth camera exceeds near by, metres: a short-range time-of-flight imager on a dark surface. */              \
-  X(most_constant_m, 0.01)                                                                                                      \
+  X(most_constant_m, 0.008)                                                                                                      \
   /* Slow noise against cell-to-cell noise: Kinect v1 and Xtion 1.2 to 2, RealSense 3 (scripts/cell-noise). */                  \
   X(slow_noise, 2.0)                                                                                                            \
   /* Bias, metres: Kinect, RealSense, Azure and Xtion bend planes nearer than 3 m by 8 to 30 mm from peak to valley. */         \

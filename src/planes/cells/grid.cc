@@ -274,6 +274,56 @@ void find_telling(GridBuffers& buffers, const Grid& grid) {
   }
 }
 
+/// The step of the measured depths, metres: their greatest common divisor, which can be many raw units. 0 of floats.
+template <class Raw>
+double raw_step(const ImageRows<Raw>& image, const DepthView& view, const Grid& grid) {
+  if constexpr (std::is_same_v<Raw, float>) {
+    return 0.0;
+  } else {
+    unsigned common = 0;
+    const std::size_t width = at(view.width()) * at(grid.sampling.copies);
+    for (int r = 0; r < grid.rows * grid.sampling.merged && common != 1; ++r) {
+      const Raw* const row = image.cells(r).rows[0];
+      for (std::size_t u = 0; u < width && common != 1; ++u) common = std::gcd(common, static_cast<unsigned>(row[u]));
+    }
+    // A wall in one value only says nothing.
+    constexpr double kMost_m = 0.02;
+    const auto unit = static_cast<double>(view.metres_per_unit());
+    return common * unit > kMost_m ? unit : common * unit;
+  }
+}
+
+/// Takes the measurements from cells that were filled: one value in many of them, though depth there is noisier than its steps
+/// and could not be the same in a single one. Whether there were any.
+bool drop_filled(double step_m, GridBuffers& buffers, Grid& grid) {
+  constexpr double kMany = 0.03;  // of the measured cells
+  AlignedVector<float>& values = buffers.sample;
+  values.clear();
+  double measured = 0.0;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    if (grid.n[i] == 0.0F) continue;
+    measured += 1.0;
+    const double sigma = static_cast<double>(grid.sigma[i]) / std::pow(static_cast<double>(grid.q[i]), 2);
+    if (buffers.telling[i] == 0.0F && sigma > step_m) values.push_back(grid.q[i]);
+  }
+  if (static_cast<double>(values.size()) < kMany * measured) return false;
+  std::sort(values.begin(), values.end());
+  bool any = false;
+  for (std::size_t first = 0, end = 0; first < values.size(); first = end) {
+    // Sums of one value differ in their last bits where cells are not full.
+    constexpr float kSame = 1.0F + 1e-6F;
+    while (end < values.size() && values[end] <= values[first] * kSame) ++end;
+    if (static_cast<double>(end - first) < kMany * measured) continue;
+    any = true;
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+      if (buffers.telling[i] != 0.0F || !(grid.q[i] >= values[first] && grid.q[i] <= values[end - 1])) continue;
+      grid.n[i] = grid.q[i] = grid.du[i] = grid.dv[i] = 0.0F;
+      grid.residual[i] = kernels::kNoFit;
+    }
+  }
+  return any;
+}
+
 /// Pixel noise by depth from the cells' residuals, sigma_z^2 = a^2 + (b z^2)^2: what is constant in depth, as of time of flight,
 /// and what is constant in inverse depth, as of triangulation. From the 30 % quantile of each half octave of depth, so that
 /// clutter does not count; relative least squares, which the lower ones of contradicting depths decide.
@@ -374,7 +424,9 @@ void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& show
   std::fill_n(least_residual.end() - static_cast<std::ptrdiff_t>(stride), stride, 0.0F);
   const auto gain = static_cast<float>(kC.noise_gain * kC.noise_gain);
   const NoiseOfInverse frame(shown);
-  const NoiseOfInverse lowest(known ? times(sensor.noise, 0.25) : DepthNoise{.constant_m = step_m / std::sqrt(12.0)});
+  DepthNoise least_noise = known ? times(sensor.noise, 0.25) : DepthNoise{};
+  least_noise.constant_m = std::max(least_noise.constant_m, step_m / std::sqrt(12.0));
+  const NoiseOfInverse lowest(least_noise);
   const NoiseOfInverse highest(known ? times(sensor.noise, 2.0)
                                      : DepthNoise{.constant_m = kC.most_constant_m, .quadratic_per_m = 4.0 * kKinectNoise_per_m});
   const NoiseOfInverse local(known ? times(sensor.noise, 2.0)
@@ -414,25 +466,27 @@ DepthNoise believed(const SensorModel& sensor, double step_m, const DepthNoise& 
 }
 
 /// What is not a cell's own: noise from cell to cell, slow noise, bias; and how well a cell knows its direction.
-Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, GridBuffers& buffers, const Grid& grid) {
+Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, double step_m, GridBuffers& buffers,
+                     const Grid& grid) {
   const bool known = sensor.kind != SensorKind::automatic;
   Noise noise;
   const double mean = second_difference(grid, buffers.centred, buffers);
   const double slope = static_cast<double>(Grid::kHalfCell) *
                        std::max(second_difference(grid, grid.du, buffers), second_difference(grid, grid.dv, buffers));
-  // Errors that are the same in all rows of a cell, as those of rounding are on a wall, leave 1 / sqrt(8) of the pixel's.
-  constexpr double kShared = 0.3536;
+  // Errors that are the same in all rows of a cell, as those of rounding are on a wall, leave this share of the pixel's.
+  const double side = kCell / grid.sampling.per_pixel();  // pixels
+  const double alike = 1.0 / std::sqrt(side);
   constexpr double kMost = 3.0;
   noise.shown = std::min(std::max(mean, slope), kMost);
-  noise.cell = std::max(noise.shown, kShared);
+  noise.cell = std::max(noise.shown, alike);
   noise.slow = given.slow.value_or(kC.slow_noise * noise.cell);
-  // If pixels err independently, half a cell times its slopes differs from its neighbours' by this much of a pixel's sigma:
-  // a column has the variance 5.25 in a cell of 64 pixels. What is clearly more, by the 15 % to which both are known, is
-  // shared by neighbours.
-  constexpr double kIndependent = 1.15 * 0.218;
+  // If pixels err independently, half a cell times its slopes differs from its neighbours' by this much of a pixel's sigma: the
+  // column of a pixel has the variance (side^2 - 1) / 12. What is clearly more, by the 15 % to which both are known, is shared
+  // by neighbours.
+  const double independent = 1.15 * 0.5 / std::sqrt((side * side - 1.0) / 12.0);
   noise.shared = given.slow
                      ? *given.slow * *given.slow
-                     : kC.slow_noise * kC.slow_noise * std::max(0.0, noise.shown * noise.shown - kIndependent * kIndependent);
+                     : kC.slow_noise * kC.slow_noise * std::max(0.0, noise.shown * noise.shown - independent * independent);
   // Rendered depth is not bent. Its cells agree to a small part of what any sensor's do.
   double sum = 0.0;
   double relative = 0.0;
@@ -452,7 +506,8 @@ Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, Grid
   // What bends planes grows with the angle from the optical axis: a narrow view sees less of it than a Kinect's.
   constexpr double kWidth = 640.0 / kFocalLength_px;
   const double view = std::min(1.0, grid.width / grid.camera.fx / kWidth);
-  noise.bias_m = given.bias_m.value_or(known ? sensor.bias_m : exact * view * kC.bias_m);
+  // Rounding makes terraces: near each other, pixels are off by the same.
+  noise.bias_m = std::hypot(given.bias_m.value_or(known ? sensor.bias_m : exact * view * kC.bias_m), step_m);
   return noise;
 }
 
@@ -588,11 +643,12 @@ std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, co
     for_each_cell_row(task, grid.rows,
                       [&](int row) { measure_row(image, row, view.metres_per_unit(), buffers.tasks[at(row)], grid); });
   });
-  const double step = view.format() == DepthFormat::uint16 ? static_cast<double>(view.metres_per_unit()) : 0.0;
+  const double step = raw_step(image, view, grid);
   find_telling(buffers, grid);
   const DepthNoise shown = measure_pixel_noise(buffers, grid);
   set_sigmas(sensor, step, shown, buffers, grid);
-  grid.noise = estimate_noise(sensor, given, buffers, grid);
+  if (drop_filled(step, buffers, grid)) set_sigmas(sensor, step, shown, buffers, grid);
+  grid.noise = estimate_noise(sensor, given, step, buffers, grid);
   grid.noise.pixel = believed(sensor, step, shown, grid);
   find_usable(grid);
   find_links_of_frame(grid);
