@@ -86,9 +86,11 @@ def toy(folder, evidence, true):
         frame = folder / f"frame{f:02}"
         frame.mkdir()
         first = f * PLANES
-        truth = [[k + 1 if true(first + k) else 255] * WIDTH for k in range(PLANES)]
+        # Some pixels of each row are of any label: what reads PNGs wrongly goes wrong from there on.
+        noise = [[(31 * k + 77 * i * i) % 256 for i in range(5)] for k in range(PLANES)]
+        truth = [noise[k] + [k + 1 if true(first + k) else 255] * (WIDTH - 5) for k in range(PLANES)]
         png(frame / "labels.png", truth, kind=f % 5)
-        png(frame / "found.png", [[PLANES - k] * WIDTH for k in range(PLANES)], kind=(f + 1) % 5)
+        png(frame / "found.png", [noise[-k] + [PLANES - k] * (WIDTH - 5) for k in range(PLANES)], kind=(f + 1) % 5)
         found = [plane(PLANES - k, **evidence(first + k)) for k in range(PLANES)]
         (frame / "toy.json").write_text(json.dumps({"planes": found}), encoding="utf-8")
     return folder
