@@ -79,6 +79,29 @@ class Camera:
 
     def __hash__(self) -> int: ...
 
+class PlaneEvidence:
+    """
+    What cells saw of a plane when it judged it: what its confidence follows from.
+    """
+
+    @property
+    def share(self) -> float:
+        """Of the measured pixels, 0 to 1."""
+
+    @property
+    def turn_rad(self) -> float:
+        """
+        By how much the surface's normal turns from end to end, radians: with or without its border, which is blurred; the lesser.
+        """
+
+    @property
+    def turn_sigma_rad(self) -> float:
+        """One sigma of turn_rad, radians."""
+
+    @property
+    def smooth_border(self) -> float:
+        """Share of the border beyond which the surface goes on smoothly, 0 to 1."""
+
 class Plane:
     """
     A plane of a segmentation: the points p with normal . p + d = 0, metres.
@@ -131,6 +154,10 @@ class Plane:
         """
         Probability that this is a plane of the scene, 0 to 1 (cells; else 1: the other methods do not judge).
         """
+
+    @property
+    def evidence(self) -> PlaneEvidence:
+        """What that follows from (cells; else zero)."""
 
     @property
     def area_m2(self) -> float:
