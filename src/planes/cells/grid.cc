@@ -295,16 +295,17 @@ double raw_step(const ImageRows<Raw>& image, const DepthView& view, const Grid& 
 
 /// Takes the measurements from cells that were filled: one value in many of them, though depth there is noisier than its steps
 /// and could not be the same in a single one. Whether there were any.
-bool drop_filled(double step_m, GridBuffers& buffers, Grid& grid) {
-  constexpr double kMany = 0.03;  // of the measured cells
+bool drop_filled(double step_m, const DepthNoise& shown, GridBuffers& buffers, Grid& grid) {
+  constexpr double kExact = 1e-4;  // of the depth: rendered
+  constexpr double kMany = 0.03;   // of the measured cells
   AlignedVector<float>& values = buffers.sample;
   values.clear();
   double measured = 0.0;
   for (std::size_t i = 0; i < grid.size(); ++i) {
     if (grid.n[i] == 0.0F) continue;
     measured += 1.0;
-    const double sigma = static_cast<double>(grid.sigma[i]) / std::pow(static_cast<double>(grid.q[i]), 2);
-    if (buffers.telling[i] == 0.0F && sigma > step_m) values.push_back(grid.q[i]);
+    const double z = 1.0 / static_cast<double>(grid.q[i]);
+    if (buffers.telling[i] == 0.0F && shown.sigma_m(z) > std::max(step_m, kExact * z)) values.push_back(grid.q[i]);
   }
   if (static_cast<double>(values.size()) < kMany * measured) return false;
   std::sort(values.begin(), values.end());
@@ -506,15 +507,16 @@ Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, doub
   // What bends planes grows with the angle from the optical axis: a narrow view sees less of it than a Kinect's.
   constexpr double kWidth = 640.0 / kFocalLength_px;
   const double view = std::min(1.0, grid.width / grid.camera.fx / kWidth);
-  // Rounding makes terraces: near each other, pixels are off by the same.
+  // Rounding makes terraces: pixels near each other are off by the same.
   noise.bias_m = std::hypot(given.bias_m.value_or(known ? sensor.bias_m : exact * view * kC.bias_m), step_m);
+  noise.near_m = std::hypot(kC.bias_near * noise.bias_m, step_m);
   return noise;
 }
 
 void find_usable(Grid& grid) {
   const auto square = [](double x) { return static_cast<float>(x * x); };
   const float usable_noise = square(kC.sigmas);
-  const float usable_length = square(kC.bias_near * grid.noise.bias_m) + square(kC.flat_m / 3.0);
+  const float usable_length = square(grid.noise.near_m) + square(kC.flat_m / 3.0);
   const float grow_noise = square(kC.wide_sigmas * grid.noise.cell);
   const float grow_length = square(grid.noise.bias_m) + square(kC.flat_m);
   const auto most = static_cast<float>(kC.most_sigma_m);
@@ -573,11 +575,11 @@ void find_links_of_frame(Grid& grid) {
   const float jump_noise = square(kC.sigmas * grid.noise.cell);
   find_links(grid,
              {.jump_noise = jump_noise,
-              .jump_m = square(kC.bias_near * grid.noise.bias_m),
+              .jump_m = square(grid.noise.near_m),
               .slope_u = Grid::kHalfCell,
               .slope_v = Grid::kHalfCell,
               .bend_noise = square(kC.sigmas * grid.noise.cell),
-              .bend_m = square(kC.bias_near * grid.noise.bias_m),
+              .bend_m = square(grid.noise.near_m),
               .bend_rad = 0.0F},
              grid.links);
   // A plane's slope in depth over the image plane at z = 1 is its slope in q over q.
@@ -647,7 +649,7 @@ std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, co
   find_telling(buffers, grid);
   const DepthNoise shown = measure_pixel_noise(buffers, grid);
   set_sigmas(sensor, step, shown, buffers, grid);
-  if (drop_filled(step, buffers, grid)) set_sigmas(sensor, step, shown, buffers, grid);
+  if (drop_filled(step, shown, buffers, grid)) set_sigmas(sensor, step, shown, buffers, grid);
   grid.noise = estimate_noise(sensor, given, step, buffers, grid);
   grid.noise.pixel = believed(sensor, step, shown, grid);
   find_usable(grid);

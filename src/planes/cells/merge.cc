@@ -120,7 +120,7 @@ class Merger {
   [[nodiscard]] double tolerance(const Pair& p, double k) const {
     const double cells = region(p.a).cells + region(p.b).cells;
     const double noise = k * grid_.noise.slow;
-    const double length = kC.bias_near * grid_.noise.bias_m;
+    const double length = grid_.noise.near_m;
     return (noise * noise * (region(p.a).variance + region(p.b).variance) + length * length * (region(p.a).q4 + region(p.b).q4)) /
            cells;
   }

@@ -84,7 +84,7 @@ class Grower {
     b_.flatness.resize(grid_.size());
     const auto square = [](double x) { return static_cast<float>(x * x); };
     const float usable_noise = square(kC.sigmas);
-    const float usable_length = square(kC.bias_near * grid_.noise.bias_m) + square(kC.flat_m / 3.0);
+    const float usable_length = square(grid_.noise.near_m) + square(kC.flat_m / 3.0);
     for (int r = 0; r < grid_.rows; ++r) {
       const int i = grid_.index(r, 0);
       kernels::measure_blocks(grid_.arrays(i), b_.weight.data() + i, grid_.sigma.data() + i, at(grid_.columns), block,
