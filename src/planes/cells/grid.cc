@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "fransac/core/parallel.hpp"
@@ -250,21 +251,24 @@ void for_each_sampled_row(const Grid& grid, Visitor visit) {
   for (int r = 0; r < grid.rows; r += step) visit(grid.index(r, 0));
 }
 
-/// Which cells tell something of noise: not those that hold one value throughout. A wall seen from the front in coarse units
-/// does, but so do a sky, a far clip and a filled hole.
-void find_telling(GridBuffers& buffers, const Grid& grid) {
+/// Which cells tell something of noise: not those that hold one value throughout, or a few steps of depth that do
+/// not slope. A wall seen
+/// from the front in coarse units does, but so do a sky, a far clip and a filled hole.
+void find_telling(double step_m, GridBuffers& buffers, const Grid& grid) {
   buffers.telling.resize(grid.size() + Grid::kPadding);
   buffers.centred.resize(grid.size() + Grid::kPadding);
-  constexpr float kRounding = 3e-7F;  // of the sums of one value
+  constexpr float kRounding = 1e-5F;  // far more than sums of one value round to, far less than any sensor's noise
+  const auto half_step = static_cast<float>(0.5 * step_m);  // rounding alone leaves 0.29 of a step
   const float half = 0.5F * (kCell - 1);
   for (int r = 0; r < grid.rows; ++r) {
     const auto v = static_cast<float>(r * kCell - 0.5 * grid.height) + half;
     for (int c = 0; c < grid.columns; ++c) {
       const std::size_t i = at(grid.index(r, c));
       const auto u = static_cast<float>(c * kCell - 0.5 * grid.width) + half;
-      const float least = kRounding * grid.q[i];
-      const float varied = grid.du[i] * grid.du[i] + grid.dv[i] * grid.dv[i] + grid.residual[i];
-      buffers.telling[i] = varied > least * least ? grid.n[i] : 0.0F;
+      const float least = std::max(kRounding, half_step * grid.q[i]) * grid.q[i];
+      const float across = 0.5F * Grid::kHalfCell;  // a quarter of a cell, on which half a step is two of them over the cell
+      const bool flat = across * across * (grid.du[i] * grid.du[i] + grid.dv[i] * grid.dv[i]) <= least * least;
+      buffers.telling[i] = !flat || grid.residual[i] > least * least ? grid.n[i] : 0.0F;
       buffers.centred[i] = grid.q[i] - grid.du[i] * (grid.u[i] - u) - grid.dv[i] * (grid.v[i] - v);
     }
   }
@@ -327,7 +331,8 @@ bool drop_filled(double step_m, const DepthNoise& shown, GridBuffers& buffers, G
 
 /// Pixel noise by depth from the cells' residuals, sigma_z^2 = a^2 + (b z^2)^2: what is constant in depth, as of time of flight,
 /// and what is constant in inverse depth, as of triangulation. From the 30 % quantile of each half octave of depth, so that
-/// clutter does not count; relative least squares, which the lower ones of contradicting depths decide.
+/// clutter in a cell does not count; of laws that meet at some distance the one with the smallest mean of |log ratio|, with their
+/// median as its scale, so that a depth with nothing but clutter, or with what a camera made up, does not either.
 DepthNoise measure_pixel_noise(const GridBuffers& buffers, const Grid& grid) {
   constexpr int kOctaveBits = 22;  // two bins an octave
   constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0.0156F) >> kOctaveBits;
@@ -345,30 +350,47 @@ DepthNoise measure_pixel_noise(const GridBuffers& buffers, const Grid& grid) {
       cells[bin] += 1.0;
     }
   });
-  // Normal equations of (a^2, b^2), each bin's equation divided by its measured variance of q.
-  double qq = 0.0, q1 = 0.0, one = 0.0, right_q = 0.0, right_1 = 0.0;
   constexpr double kFewest = 12.0;
-  double most = 0.0;
-  for (const double n : cells) most = std::max(most, n);
+  const double most = *std::max_element(cells.begin(), cells.end());
+  if (most == 0.0) return {};
+  struct Sample {
+    double q2;     ///< Squared inverse depth.
+    double sigma;  ///< Of inverse depth.
+    double weight;
+    double ratio = 0.0;
+  };
+  std::array<Sample, kBins> samples{};
+  std::size_t count = 0;
+  double all = 0.0;
   for (std::size_t b = 0; b < kBins; ++b) {
     if (cells[b] < std::min(kFewest, most)) continue;
-    const double q = sum_q[b] / cells[b];
-    const double variance = kC.noise_gain * kC.noise_gain * std::max(of_bin[b].quantile(kC.noise_quantile), 1e-16);
-    const double of_q = q * q * q * q / variance;
-    const double of_1 = 1.0 / variance;
-    qq += cells[b] * of_q * of_q;
-    q1 += cells[b] * of_q * of_1;
-    one += cells[b] * of_1 * of_1;
-    right_q += cells[b] * of_q;
-    right_1 += cells[b] * of_1;
+    const double sigma = kC.noise_gain * std::sqrt(std::max(of_bin[b].quantile(kC.noise_quantile), 1e-16));
+    samples[count++] = {std::pow(sum_q[b] / cells[b], 2), sigma, cells[b]};
+    all += cells[b];
   }
-  if (one == 0.0) return {};
-  const double det = qq * one - q1 * q1;
-  double a = det > 1e-9 * qq * one ? (right_q * one - right_1 * q1) / det : 0.0;
-  double b = det > 1e-9 * qq * one ? (right_1 * qq - right_q * q1) / det : right_1 / one;
-  if (a < 0.0) a = 0.0, b = right_1 / one;
-  if (b < 0.0) b = 0.0, a = right_q / qq;
-  return {.constant_m = std::sqrt(a), .quadratic_per_m = std::sqrt(b)};
+  // sigma_q = b sqrt(1 + (q / q0)^4): both parts are equal at 1 / q0, from 25 cm to 4 m, or one of them is all.
+  DepthNoise best;
+  double least = std::numeric_limits<double>::infinity();
+  for (int half_octaves = -5; half_octaves <= 5; ++half_octaves) {
+    const double constant = half_octaves == -5 ? 0.0 : half_octaves == 5 ? 1.0 : std::pow(2.0, -half_octaves);
+    const double quadratic = half_octaves == 5 ? 0.0 : 1.0;
+    for (std::size_t k = 0; k < count; ++k) {
+      Sample& s = samples[k];
+      s.ratio = std::log(s.sigma / std::hypot(quadratic, constant * s.q2));
+    }
+    std::sort(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(count),
+              [](const Sample& x, const Sample& y) { return x.ratio < y.ratio; });
+    double below = 0.0;
+    std::size_t middle = 0;
+    while (2.0 * (below + samples[middle].weight) < all) below += samples[middle++].weight;
+    double cost = 0.0;
+    for (std::size_t k = 0; k < count; ++k) cost += samples[k].weight * std::abs(samples[k].ratio - samples[middle].ratio);
+    if (!(cost < 0.999 * least)) continue;
+    least = cost;
+    const double scale = std::exp(samples[middle].ratio);
+    best = {.constant_m = scale * constant, .quadratic_per_m = scale * quadratic};
+  }
+  return best;
 }
 
 /// One sigma of `values` against the mean of a cell's two neighbours, in its row and in its column, as a share of its pixel
@@ -646,7 +668,7 @@ std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, co
                       [&](int row) { measure_row(image, row, view.metres_per_unit(), buffers.tasks[at(row)], grid); });
   });
   const double step = raw_step(image, view, grid);
-  find_telling(buffers, grid);
+  find_telling(step, buffers, grid);
   const DepthNoise shown = measure_pixel_noise(buffers, grid);
   set_sigmas(sensor, step, shown, buffers, grid);
   if (drop_filled(step, shown, buffers, grid)) set_sigmas(sensor, step, shown, buffers, grid);
