@@ -67,11 +67,11 @@ inline constexpr Constants kConstants;
 
 /// Weights of the logistic regression that makes a plane's confidence, written by scripts/fit-confidence.
 struct Confidence {
-  double bias = 4.482;
-  double share = 0.929;
-  double turn = -1.048;
-  double turn_sigma = 0.372;
-  double smooth = -4.855;
+  double bias = 4.836;
+  double share = 0.902;
+  double turn = -0.797;
+  double turn_sigma = 0.277;
+  double smooth = -4.040;
 };
 inline constexpr Confidence kConfidence;
 
