@@ -17,8 +17,9 @@ constexpr double kSlowCells = 16.0;
 /// floor up to 36 mm (scripts/low-obstacles).
 constexpr double kOfCell = 0.6;
 
-/// Sine of ten degrees. Where the ray meets the floor at less, neighbouring rows are so far apart that a step proves nothing.
-constexpr double kGrazing = 0.17;
+/// Seen at a grazing angle, bias may be so many times what it is nearer by: it is told as a length, but that of triangulating sensors grows with the
+/// squared distance, and what bends the picture's corners with it.
+constexpr double kGrazingErrors = 2.0;
 
 /// A group is floor when so much of it is: what stands on the floor has rims that are as low as it.
 constexpr double kMostOfGroup = 0.75;
@@ -73,6 +74,11 @@ class Leveller {
     return {z * (u - camera_.cx) / camera_.fx, z * (v - camera_.cy) / camera_.fy, z};
   }
 
+  /// What may be floor where it joins it.
+  [[nodiscard]] double limit_m(const Eigen::Vector3d& point) const {
+    return error_.most_m(point) * (error_.is_grazing(point) ? kGrazingErrors : 1.0);
+  }
+
   /// Cells that may be floor; false without any.
   bool find_low() {
     w_.kind.assign(cells_.size(), kNone);
@@ -85,7 +91,7 @@ class Leveller {
         const Eigen::Vector3d p = point(i);
         const double height = support_.signed_distance(p);
         w_.height[at(i)] = static_cast<float>(height);
-        const bool low = std::abs(height) <= error_.most_m(p);
+        const bool low = std::abs(height) <= limit_m(p);
         w_.kind[at(i)] = low ? kLow : kHigh;
         any |= low;
       }
@@ -98,7 +104,7 @@ class Leveller {
     const Eigen::Vector3d p = point(cell);
     const double per_cell = cells_.side * p.z() / std::max(camera_.fx, camera_.fy);
     constexpr double kMost = 1000.0;
-    return 1 + static_cast<int>(std::min(kMost, std::ceil(error_.most_m(p) / per_cell)));
+    return 1 + static_cast<int>(std::min(kMost, std::ceil(limit_m(p) / per_cell)));
   }
 
   /// What is high has feet, which are as low as a floor.
@@ -225,6 +231,9 @@ class Leveller {
     return sum / count;
   }
 
+  /// Least steps that are none, as a share of a pixel's noise. Drops are much deeper than low boxes are high.
+  [[nodiscard]] double step_noise(bool grazing) const { return grazing || sign_ < 0.0 ? 1.0 : kOfCell; }
+
   /// Lets the floor spread over a group, and takes it out if most of it is floor then.
   void level_group() {
     const auto size = static_cast<double>(w_.group.size());
@@ -242,9 +251,10 @@ class Leveller {
         met = true;
         const Eigen::Vector3d p = point(cell);
         const double noise = std::hypot(error_.pixel_m(p), std::sqrt(shared) * error_.slow_m(p));
-        const bool grazing = std::abs(support_.normal.dot(p)) < kGrazing * p.z();
-        const double step = sign_ * (static_cast<double>(w_.height[at(cell)]) - floor);
-        if (!grazing && step > sigmas_ * kOfCell * noise) continue;
+        const double height = w_.height[at(cell)];
+        const bool grazing = error_.is_grazing(p);
+        const bool certain = grazing && std::abs(height) <= error_.most_m(p);
+        if (!certain && sign_ * (height - floor) > sigmas_ * step_noise(grazing) * noise) continue;
         w_.kind[at(cell)] = kJoined;
         w_.floor[at(cell)] = w_.height[at(cell)];
         w_.is_floor[at(cell)] = 1;

@@ -24,6 +24,13 @@ class FloorError {
   /// What no floor exceeds at a point, metres: so many sigmas of noise and of the plane, and the bias.
   [[nodiscard]] double most_m(const Eigen::Vector3d& point) const;
 
+  /// Whether the ray meets the floor at less than ten degrees. There neighbouring rows of pixels are so far apart on the floor
+  /// that what is as low as most_m() cannot be told from it, whether it has steps or not.
+  [[nodiscard]] bool is_grazing(const Eigen::Vector3d& point) const {
+    constexpr double kGrazing = 0.17;  // the sine
+    return slant(point) < kGrazing;
+  }
+
  private:
   [[nodiscard]] double slant(const Eigen::Vector3d& point) const;
 
