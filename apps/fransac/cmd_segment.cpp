@@ -232,8 +232,15 @@ void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const C
 #endif
 }
 
+nlohmann::ordered_json evidence_to_json(const PlaneEvidence& evidence) {
+  return {{"share", evidence.share},
+          {"turn_rad", evidence.turn_rad},
+          {"turn_sigma_rad", evidence.turn_sigma_rad},
+          {"smooth_border", evidence.smooth_border}};
+}
+
 nlohmann::ordered_json plane_to_json(const PlaneSegment& segment, Method method) {
-  const bool cells = method == Method::cells;  // the others know no centroid and no covariance
+  const bool cells = method == Method::cells;  // the others know no evidence, no centroid and no covariance
   return {{"id", segment.id},
           {"normal", vector_to_json(segment.plane.normal)},
           {"d", segment.plane.d},
@@ -242,6 +249,7 @@ nlohmann::ordered_json plane_to_json(const PlaneSegment& segment, Method method)
           {"rms_m", segment.rms_m},
           {"area_m2", segment.area_m2},
           {"confidence", segment.confidence},
+          {"evidence", cells ? evidence_to_json(segment.evidence) : nullptr},
           {"centroid", cells ? vector_to_json(segment.centroid) : nullptr},
           {"kind", enum_name(segment.kind)},
           {"covariance", cells ? matrix_to_json(segment.covariance) : nullptr},

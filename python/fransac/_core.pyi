@@ -79,6 +79,29 @@ class Camera:
 
     def __hash__(self) -> int: ...
 
+class PlaneEvidence:
+    """
+    What cells saw of a plane when it judged it: what its confidence follows from.
+    """
+
+    @property
+    def share(self) -> float:
+        """Of the measured pixels, 0 to 1."""
+
+    @property
+    def turn_rad(self) -> float:
+        """
+        By how much the surface's normal turns from end to end, radians: with or without its border, which is blurred; the lesser.
+        """
+
+    @property
+    def turn_sigma_rad(self) -> float:
+        """One sigma of turn_rad, radians."""
+
+    @property
+    def smooth_border(self) -> float:
+        """Share of the border beyond which the surface goes on smoothly, 0 to 1."""
+
 class Plane:
     """
     A plane of a segmentation: the points p with normal . p + d = 0, metres.
@@ -131,6 +154,10 @@ class Plane:
         """
         Probability that this is a plane of the scene, 0 to 1 (cells; else 1: the other methods do not judge).
         """
+
+    @property
+    def evidence(self) -> PlaneEvidence:
+        """What that follows from (cells; else zero)."""
 
     @property
     def area_m2(self) -> float:
@@ -335,7 +362,7 @@ class Segmentation:
 
     def __repr__(self) -> str: ...
 
-def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None, method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.5, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
+def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None, method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.4, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
     """
     Finds the planes of a depth image, and on request its obstacles.
 
@@ -355,7 +382,7 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         min_support: smallest support of a plane, as a share of the sampled points [share]. Default: by the method
         order: which plane comes first: most visible square metres, or most points. Default: by the method
         min_area: smallest visible area of a plane [m^2]. Default: 0.0
-        min_confidence: cells: planes less certain than this are left out. Default: 0.5
+        min_confidence: cells: planes less certain than this are left out. Default: 0.4
         labels_from: label every pixel near a plane, or the pixels whose leaf is an inlier (the paper). Default: 'pixels'
         seed: seed of the random samples. Default: 0
         threads: threads to use, 0 for all cores; never changes the answer [threads]. Default: 1
@@ -406,7 +433,7 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         MemoryError: not enough memory.
     """
 
-def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.5, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
+def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.4, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
     """
     Finds the planes of a point cloud, and on request its obstacles.
 
@@ -424,7 +451,7 @@ def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'ce
         min_support: smallest support of a plane, as a share of the sampled points [share]. Default: by the method
         order: which plane comes first: most visible square metres, or most points. Default: by the method
         min_area: smallest visible area of a plane [m^2]. Default: 0.0
-        min_confidence: cells: planes less certain than this are left out. Default: 0.5
+        min_confidence: cells: planes less certain than this are left out. Default: 0.4
         labels_from: label every pixel near a plane, or the pixels whose leaf is an inlier (the paper). Default: 'pixels'
         seed: seed of the random samples. Default: 0
         threads: threads to use, 0 for all cores; never changes the answer [threads]. Default: 1

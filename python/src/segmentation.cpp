@@ -247,6 +247,17 @@ nb::list list_of(const std::vector<Item>& items) {
   return list;
 }
 
+void bind_evidence(nb::module_& m) {
+  nb::class_<PlaneEvidence>(m, "PlaneEvidence", "What cells saw of a plane when it judged it: what its confidence follows from.")
+      .def_ro("share", &PlaneEvidence::share, "Of the measured pixels, 0 to 1.")
+      .def_ro("turn_rad", &PlaneEvidence::turn_rad,
+              "By how much the surface's normal turns from end to end, radians: with or without its border, which is blurred; the "
+              "lesser.")
+      .def_ro("turn_sigma_rad", &PlaneEvidence::turn_sigma_rad, "One sigma of turn_rad, radians.")
+      .def_ro("smooth_border", &PlaneEvidence::smooth_border,
+              "Share of the border beyond which the surface goes on smoothly, 0 to 1.");
+}
+
 void bind_plane(nb::module_& m) {
   nb::class_<PlaneSegment>(m, "Plane", "A plane of a segmentation: the points p with normal . p + d = 0, metres.")
       .def_ro("id", &PlaneSegment::id, "Its label, from 1.")
@@ -274,6 +285,7 @@ void bind_plane(nb::module_& m) {
       .def_ro("rms_m", &PlaneSegment::rms_m, "Root mean square distance of the labelled points, metres.")
       .def_ro("confidence", &PlaneSegment::confidence,
               "Probability that this is a plane of the scene, 0 to 1 (cells; else 1: the other methods do not judge).")
+      .def_ro("evidence", &PlaneSegment::evidence, "What that follows from (cells; else zero).")
       .def_ro("area_m2", &PlaneSegment::area_m2, "Visible area, square metres.")
       .def_prop_ro(
           "centroid", [](const PlaneSegment& p) { return to_numpy(p.centroid); },
@@ -477,6 +489,7 @@ PySegmentation::~PySegmentation() {
 }
 
 void bind_segmentation(nb::module_& m) {
+  bind_evidence(m);
   bind_plane(m);
   bind_obstacle(m);
   bind_result(m);

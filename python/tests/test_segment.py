@@ -232,10 +232,20 @@ def test_errors_of_the_sensor(desk):
     for noise in (found.noise, found.slow_noise):
         assert list(noise) == ["constant_m", "linear", "quadratic_per_m"] and all(value >= 0 for value in noise.values())
     assert sum(found.noise.values()) > 0 and found.bias_m >= 0
-    assert all(0 <= plane.confidence <= 1 for plane in found.planes)
     other = fransac.segment(desk.depth, desk.camera, "ransac")
     assert other.noise is None and other.slow_noise is None and other.bias_m is None
-    assert [plane.confidence for plane in other.planes] == [1]
+
+
+def test_confidence_and_its_evidence(desk):
+    found = fransac.segment(desk.depth, desk.camera, min_confidence=0)
+    assert len(found.planes) > 1 and all(0 < plane.confidence < 1 for plane in found.planes)
+    for plane in found.planes:
+        seen = plane.evidence
+        # Cells decide before pixels do, so the labels' share is a little different.
+        assert seen.share == pytest.approx(plane.inliers / found.valid_points, rel=0.5, abs=0.02)
+        assert seen.turn_rad >= 0 and seen.turn_sigma_rad > 0 and 0 <= seen.smooth_border <= 1
+    other = fransac.segment(desk.depth, desk.camera, "ransac").planes[0]
+    assert other.confidence == 1 and other.evidence.share == 0
 
 
 def test_picture(desk):

@@ -62,6 +62,29 @@ void correct_metres(const DepthView& depth, const Distortion& distortion, float*
 
 }  // namespace
 
+bool without_saturated(const DepthView& depth, int saturated, CorrectedDepth& result) {
+  if (saturated == 0 || depth.format() != DepthFormat::uint16) return false;
+  const auto value = static_cast<std::uint16_t>(saturated);
+  const auto width = static_cast<std::size_t>(depth.width());
+  bool any = false;
+  for (int v = 0; v < depth.height() && !any; ++v) {
+    const std::uint16_t* const row = depth.row_uint16(v);
+    std::uint16_t found = 0;  // without a branch and as narrow as the values, so that it is vector code
+    for (std::size_t u = 0; u < width; ++u)
+      found = static_cast<std::uint16_t>(found | static_cast<std::uint16_t>(row[u] == value));
+    any = found != 0;
+  }
+  if (!any) return false;
+  result.units.resize(depth.size());
+  std::uint16_t* out = result.units.data();
+  for (int v = 0; v < depth.height(); ++v, out += width) {
+    const std::uint16_t* const row = depth.row_uint16(v);
+    std::replace_copy(row, row + width, out, value, std::uint16_t{0});
+  }
+  result.view = depth.in_memory(result.units.data(), depth.width() * static_cast<std::ptrdiff_t>(sizeof(std::uint16_t)));
+  return true;
+}
+
 Status correct(const DepthView& depth, const Distortion& distortion, int saturated, CorrectedDepth& result) {
   if (Status status = validate(distortion); !status) return status;
   if (Status status = check_shape(distortion, depth.width(), depth.height()); !status) return status;

@@ -23,8 +23,9 @@ bool is_on(const Plane& support, const PlaneSegment& plane, const FloorError& er
 
 Status as_segmented(const DepthView& depth, const Segmentation& segmentation, CorrectedDepth& buffer, DepthView& view) {
   view = depth;
+  if (without_saturated(view, segmentation.saturated, buffer)) view = buffer.view;
   if (segmentation.distortion.empty()) return {};
-  if (Status status = correct(depth, segmentation.distortion, SegmentOptions{}.saturated, buffer); !status) return status;
+  if (Status status = correct(view, segmentation.distortion, 0, buffer); !status) return status;
   view = buffer.view;
   return {};
 }

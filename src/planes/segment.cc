@@ -372,15 +372,24 @@ void add_time_before(const Timing& before, Timing& timing) {
   timing.total_ms += before.total_ms;
 }
 
-Status find_planes_corrected(const DepthSource& source, const SegmentOptions& options, Workspace::Impl& work,
-                             Segmentation& segmentation) {
+/// Without saturated values and the sensor's distortion, in a copy where there is either.
+Status find_planes_of_image(const DepthSource& source, const SegmentOptions& options, Workspace::Impl& work,
+                            Segmentation& segmentation) {
   Timing before;
   StageClock clock(before);
-  Status status = correct(source.depth, options.sensor.distortion, options.saturated, work.corrected);
-  if (!status) return Error{status.error().code, "sensor: " + status.error().message};
+  DepthView depth = source.depth;
+  const bool saturated = without_saturated(depth, options.saturated, work.corrected);
+  if (saturated) depth = work.corrected.view;
+  if (!options.sensor.distortion.empty()) {
+    if (Status status = correct(depth, options.sensor.distortion, 0, work.corrected); !status) {
+      return Error{status.error().code, "sensor: " + status.error().message};
+    }
+    depth = work.corrected.view;
+  }
   clock.end(Stage::deproject);
-  if (status = find_planes(DepthSource{work.corrected.view, source.camera}, options, work, segmentation); !status) return status;
+  if (Status status = find_planes(DepthSource{depth, source.camera}, options, work, segmentation); !status) return status;
   segmentation.distortion = options.sensor.distortion;
+  segmentation.saturated = saturated ? options.saturated : 0;
   add_time_before(before, segmentation.timing);
   return {};
 }
@@ -396,9 +405,10 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
   if (Status status = validate(chosen); !status) return status;  // `automatic` may have become one that does not know an option
   reset(segmentation, method, source.width(), source.height());
   if constexpr (Source::kDepthImage) {
-    if (!chosen.sensor.distortion.empty()) return find_planes_corrected(source, chosen, workspace.impl(), segmentation);
+    return find_planes_of_image(source, chosen, workspace.impl(), segmentation);
+  } else {
+    return find_planes(source, chosen, workspace.impl(), segmentation);
   }
-  return find_planes(source, chosen, workspace.impl(), segmentation);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::out_of_memory,
                "not enough memory for " + std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"};

@@ -11,7 +11,8 @@ import unittest
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/sensitivity"
 
-# F1@0.5 is 0.9, less 0.1 when `grow` is multiplied by 0.9, in the mean of two scenes; a dataset "bad" is none.
+# F1@0.5 is 0.9, less 0.1 when `grow` is multiplied by 0.9, in the mean of two scenes; in dataset "other" it is half of that and falls by
+# 0.01 when `seed` is multiplied by 1.1. A dataset "bad" is none.
 STAND_IN = f"""#!{sys.executable}
 import json, os, sys
 if sys.argv[1:] == ["--list-constants"]:
@@ -21,9 +22,14 @@ assert sys.argv[1] == "evaluate" and "cells" in sys.argv, sys.argv
 if "bad" in sys.argv:
     sys.exit("bad: is no dataset")
 tune = os.environ.get("FRANSAC_CELLS_TUNE", "")
-f1 = 0.8 if tune == "grow=0.9" else 0.9
-scene = {{"instance_f1_75": 0.5, "weighted_iou": 0.9, "matched_f1": 0.99, "plane_pixel_f1": 0.98}}
-print(json.dumps({{"scenes": [{{**scene, "instance_f1_50": f1 - 0.05}}, {{**scene, "instance_f1_50": f1 + 0.05}}]}}))
+scenes = []
+for dataset in sys.argv[2 : sys.argv.index("--method")]:
+    f1 = 0.8 if tune == "grow=0.9" else 0.9
+    if os.path.basename(os.path.normpath(dataset)) == "other":
+        f1 = 0.5 * f1 - (0.01 if tune == "seed=1.1" else 0)
+    scene = {{"dataset": dataset, "instance_f1_75": 0.5, "weighted_iou": 0.9, "matched_f1": 0.99, "plane_pixel_f1": 0.98}}
+    scenes += [{{**scene, "instance_f1_50": f1 - 0.05}}, {{**scene, "instance_f1_50": f1 + 0.05}}]
+print(json.dumps({{"scenes": scenes}}))
 """
 
 
@@ -66,6 +72,36 @@ class Sensitivity(unittest.TestCase):
         self.assertEqual(self.run_script("data", "--min", "0.84", "--only", "seed").returncode, 0)
         self.assertEqual(self.run_script("data", "--min", "0.84", "--factors", "0.95,1.1", "--jobs", "2").returncode, 0)
 
+    def test_bounds_of_each_dataset(self):
+        both = ("data", "some/other/")
+        done = self.run_script(*both, "--min", "data=0.84", "--min", "other=0.43", "--fall", "data=0.1", "--fall", "other=0.02")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(
+            done.stderr.splitlines(),
+            [
+                "sensitivity: grow x 0.9: data: F1@0.5 0.8000 is under 0.84",
+                "sensitivity: grow x 0.9: other: F1@0.5 0.4000 is under 0.43",
+                "sensitivity: grow x 0.9: other: F1@0.5 falls by 0.0500, more than 0.02",
+            ],
+        )
+        done = self.run_script(*both, "--fall", "other=0.009", "--only", "seed")
+        self.assertEqual((done.returncode, done.stderr), (1, "sensitivity: seed x 1.1: other: F1@0.5 falls by 0.0100, more than 0.009\n"))
+        self.assertEqual(self.run_script(*both, "--fall", "other=0.01", "--only", "seed").returncode, 0)
+        done = self.run_script(*both, "--fall", "0.07")
+        self.assertEqual(done.stderr, "sensitivity: grow x 0.9: F1@0.5 falls by 0.0750, more than 0.07\n")
+
+    def test_the_worst_of_each_constant(self):
+        self.assertEqual(
+            self.run_script("data", "other", "--markdown").stdout.splitlines(),
+            [
+                "| constant | data: F1@0.5 | data: wIoU | other: F1@0.5 | other: wIoU |",
+                "| --- | ---: | ---: | ---: | ---: |",
+                "| as they are | 0.9000 | 0.9000 | 0.4500 | 0.9000 |",
+                "| `seed` | 0 | 0 | -0.0100 (x 1.1) | 0 |",
+                "| `grow` | -0.1000 (x 0.9) | 0 | -0.0500 (x 0.9) | 0 |",
+            ],
+        )
+
     def test_what_cannot_be_measured(self):
         for arguments, message in [
             (["bad"], "bad: is no dataset"),
@@ -73,6 +109,9 @@ class Sensitivity(unittest.TestCase):
             (["data", "--program", "/nowhere"], "FRANSAC_TUNABLE"),
             (["data", "--factors", "0"], "'0' is not a positive number"),
             (["data", "--min", "2"], "'2' is not between 0 and 1"),
+            (["data", "--min", "data=x"], "--min"),
+            (["data", "--fall", "moon=0.1"], "no dataset 'moon'; there are data"),
+            (["data", "there/data"], "two datasets are called data"),
         ]:
             done = self.run_script(*arguments)
             self.assertEqual(done.returncode, 2, arguments)

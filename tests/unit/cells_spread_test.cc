@@ -26,7 +26,7 @@ class World {
     grid.words = kernels::words_of(at(num_columns));
     const std::size_t size = grid.size() + Grid::kPadding;
     for (auto* values : {&grid.n, &grid.u, &grid.v, &grid.q, &grid.uu, &grid.uv, &grid.vv, &grid.du, &grid.dv, &grid.residual,
-                         &grid.shape, &grid.slack}) {
+                         &grid.sigma, &grid.slack}) {
       values->assign(size, 0.0F);
     }
     grid.usable.assign(grid.size(), 0);
@@ -151,26 +151,20 @@ std::vector<int> cells_of(const Spread& spread) {
 void check_set(const World& world, const Spread& spread, const std::vector<int>& expected, const kernels::CellSetPlane& about) {
   const Grid& grid = world.grid;
   RC_ASSERT(cells_of(spread) == expected);  // each once, row by row
-  std::vector<bool> mine(grid.size(), false);
-  for (const int i : expected) mine[at(i)] = true;
-  int length = 0;
-  int smooth = 0;
-  for (const int i : expected) {
-    for (int direction = 0; direction < 4; ++direction) {
-      if (mine[at(i + grid.step(direction))]) continue;
-      ++length;
-      if (world.is_linked(grid.smooth, row_of(grid, i), column_of(grid, i), direction)) ++smooth;
-    }
-  }
-  const Spread::Border border = spread.border();
-  RC_ASSERT(border.length == length);
-  RC_ASSERT(border.smooth == smooth);
-
   const std::vector<std::ptrdiff_t> indices(expected.begin(), expected.end());
   const kernels::CellSetSums sums = spread.sums(about);
   RC_ASSERT(sums.cells == static_cast<int>(expected.size()));
   RC_ASSERT(testing::agree(testing::values_of(sums), testing::sums_of(grid.arrays(0), indices, about)));
-  RC_ASSERT(spread.shape(about).position[0] == static_cast<float>(expected.size()));
+  // The set is what the cells are.
+  const CellSet set = spread.set();
+  std::vector<int> of_set;
+  for (int r = set.top; r <= set.bottom; ++r) {
+    for (int c = 0; c < grid.columns; ++c) {
+      const std::uint64_t word = set.bits[at(r - set.top) * grid.words + at(c / kernels::kWordBits)];
+      if ((word >> (c % kernels::kWordBits) & 1U) != 0) of_set.push_back(grid.index(r, c));
+    }
+  }
+  RC_ASSERT(of_set == expected);
 }
 
 bool touches(const World& world, const std::vector<int>& cells, const Window& window) {
@@ -202,8 +196,6 @@ TEST(CellsSpread, ReachesWhatASearchReaches) {
       const int column = below(grid.columns);
       const Window window = spread.window(row, column, again % 2 == 0 ? below(20) : 200);
       RC_ASSERT(contains(window, row, column));
-      RC_ASSERT(spread.is_all(window) ==
-                (window.top == 0 && window.bottom == grid.rows - 1 && window.left == 0 && window.right == grid.columns - 1));
       const std::size_t i = at(grid.index(row, column));
       const kernels::CellSetPlane plane = about(world.plane, static_cast<double>(grid.u[i]), static_cast<double>(grid.v[i]));
       spread.run(row, column, plane, window);
@@ -275,7 +267,6 @@ TEST(CellsSpread, GoesRoundEveryCorner) {
       spread.run(row, column, about(world.plane, 0.0, 0.0), window);
       return cells_of(spread).size();
     };
-    EXPECT_TRUE(spread.is_all(window));
     EXPECT_EQ(reached(0, 0), at(kRows * columns));
     EXPECT_EQ(reached(kRows - 1, columns - 1), at(kRows * columns));
     EXPECT_EQ(reached(kRows / 2, columns / 2), at(kRows * columns));
@@ -298,7 +289,6 @@ TEST(CellsSpread, NothingWhereTheCellItselfIsNotOnThePlane) {
   const kernels::CellSetPlane far{0.0F, 0.0F, 9.0F, 0.0F, 0.0F};
   spread.run(2, 66, far, window);
   EXPECT_TRUE(cells_of(spread).empty());
-  EXPECT_EQ(spread.border().length, 0);
   EXPECT_EQ(spread.sums(far).cells, 0);
   EXPECT_EQ(spread.sums(far).n, 0.0F);
   EXPECT_FALSE(spread.touches(window));

@@ -508,14 +508,15 @@ TEST(CellsImages, WhatIsNotFiniteWasNotMeasured) {
 }
 
 TEST(CellsImages, AsFarAsSixteenBitsReach) {
-  const std::vector<std::uint16_t> far(640 * 480, 65535);
+  constexpr std::uint16_t kFarthest = 65534;  // 65535 says that nothing was measured
+  const std::vector<std::uint16_t> far(640 * 480, kFarthest);
   for (const double scale : {1000.0, 5000.0, 1.0}) {
     SCOPED_TRACE(scale);
     const DepthView depth = DepthView::from_uint16(far.data(), 640, 480, scale);
     const Segmentation s = cells(depth, kinect());
     expect_sane(s, depth);
     ASSERT_LE(s.planes.size(), 1U);
-    for (const PlaneSegment& plane : s.planes) EXPECT_NEAR(plane.plane.d, 65535.0 / scale, 1e-4 * 65535.0 / scale);
+    for (const PlaneSegment& plane : s.planes) EXPECT_NEAR(plane.plane.d, kFarthest / scale, 1e-4 * kFarthest / scale);
   }
 }
 
@@ -526,7 +527,7 @@ TEST(CellsImages, RandomDepthIsNoPlane) {
   for (const std::uint32_t range : {65536U, 5000U, 500U}) {
     SCOPED_TRACE(range);
     for (std::uint16_t& raw : noise)
-      raw = static_cast<std::uint16_t>(std::min(65535U, 5000U + static_cast<std::uint32_t>(random.below(range))));
+      raw = static_cast<std::uint16_t>(std::min(65534U, 5000U + static_cast<std::uint32_t>(random.below(range))));
     const Segmentation s = cells(depth, kinect());
     expect_sane(s, depth);
     EXPECT_TRUE(s.planes.empty());

@@ -18,6 +18,10 @@ struct CorrectedDepth {
   DepthView view;                      ///< The corrected image, of the original's format and scale, in this memory.
 };
 
+/// Makes a copy of a uint16 image in which the raw value `saturated` is 0, no measurement, if the image holds it: whether it
+/// does. 0 as `saturated`, and float32 images: never.
+bool without_saturated(const DepthView& depth, int saturated, CorrectedDepth& result);
+
 /// Corrects every measured pixel: z becomes z / (1 + b + a z), the inverse of q + a + b q; no pixel by more than a factor of 2.
 /// What is no measurement stays as it is, and so does the raw value `saturated` of uint16 depth (0: there is none). uint16 depth
 /// is rounded to whole units again. invalid_argument: the distortion, or its shape (check_shape). `depth` must be valid.

@@ -73,7 +73,7 @@ struct CellsOptions {
   /// Only planes whose normal is perpendicular to this direction, to within `prior_angle_deg`.
   std::optional<Eigen::Vector3d> perpendicular_to;
   double prior_angle_deg = 10.0;  ///< By how much a normal may differ from these.
-  double min_confidence = 0.5;    ///< Planes with less PlaneSegment::confidence are left out.
+  double min_confidence = 0.4;    ///< Planes with less PlaneSegment::confidence are left out.
   bool residuals = false;         ///< Fill Segmentation::residuals_m.
 };
 

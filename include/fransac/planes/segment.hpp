@@ -31,16 +31,13 @@ struct EnumNames<UpSource> {
   static constexpr std::string_view values[] = {"none", "given", "estimated"};
 };
 
-/// What `cells` saw of a plane when it judged it; all of it enters PlaneSegment::confidence. Zero for other methods.
+/// What `cells` saw of a plane when it judged it: what PlaneSegment::confidence follows from. Zero for other methods.
 struct PlaneEvidence {
-  double nats = 0.0;             ///< How improbable it is that unrelated surfaces agree this well, in nats.
-  double turn_rad = 0.0;         ///< By how much the surface's normal turns from end to end, radians, and
-  double turn_sigma_rad = 0.0;   ///< one sigma of that.
-  double core_turn_rad = 0.0;    ///< The same away from the plane's border, where pixels are mixed, radians, and
-  double core_turn_sigma_rad = 0.0;  ///< one sigma of that.
-  double smooth_border = 0.0;    ///< Share of the border beyond which the surface goes on smoothly, 0 to 1.
-  double misfit = 0.0;           ///< Root mean square distance of its cells, over slow noise.
-  double front_m2 = 0.0;         ///< Size as seen from the camera: area were it turned to the front, square metres.
+  double share = 0.0;           ///< Of the pixels of all cells with enough measurements.
+  double turn_rad = 0.0;        ///< By how much the surface's normal turns from end to end, with or without its border, which
+                                ///< is blurred: the lesser, radians.
+  double turn_sigma_rad = 0.0;  ///< One sigma of that, border included, radians.
+  double smooth_border = 0.0;   ///< Share of the border beyond which the surface goes on smoothly, 0 to 1.
 };
 
 /// One plane of a segmentation, with its evidence.
@@ -57,9 +54,9 @@ struct PlaneSegment {
   /// layout.
   Eigen::Matrix<double, 4, 4, Eigen::DontAlign> covariance = Eigen::Matrix4d::Zero();
   PlaneKind kind = PlaneKind::unknown;  ///< Floor, wall …; `unknown` where nothing tells what is up.
-  double confidence = 1.0;  ///< Probability that this is a plane of the scene, 0 to 1; calibrated on frames that its weights did
-                            ///< not see. Methods other than `cells` do not judge: 1.
-  PlaneEvidence evidence;   ///< What that follows from.
+  double confidence = 1.0;   ///< Probability that this is a plane of the scene, 0 to 1; calibrated on frames that its weights did
+                             ///< not see. Methods other than `cells` do not judge: 1.
+  PlaneEvidence evidence{};  ///< What that follows from.
   double area_m2 = 0.0;  ///< Visible area. Depth images: sum of the pixels' footprints on the plane; clouds: occupied cells of a
                          ///< grid on the plane.
 };
@@ -99,6 +96,7 @@ struct Segmentation {
   double bias_m = 0.0;    ///< Bias: by how much a plane may be bent or shifted, the same in every frame, metres.
   Distortion distortion;  ///< By which the depth image was corrected; what else looks at that image with this segmentation
                           ///< corrects it likewise.
+  int saturated = 0;      ///< The raw value that was taken for no measurement, if the depth image held it; else 0.
   std::vector<PlaneSegment> planes;  ///< In the order asked for; planes[i].id == i + 1.
 
   std::uint64_t valid_points = 0;                       ///< Measured pixels or points of the input.

@@ -29,14 +29,9 @@ std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid) {
   const double v = camera.cy - 0.5 * grid.height;
   const Eigen::Vector3d parameters(f.plane.du * camera.fx, f.plane.dv * camera.fy, f.plane.at(u, v));
   const double cells = std::max(region.cells, 1);
-  // If pixels err independently, half a cell times its slopes differs from its neighbours' by this much of a pixel's sigma:
-  // a column has the variance 5.25 in a cell of 64 pixels. What is clearly more, by the 15 % to which both are known, is
-  // shared by neighbours.
-  constexpr double kIndependent = 1.15 * 0.218;
   const double pixel = region.sigma() * region.sigma();
-  const double shared = pixel * std::max(0.0, grid.noise.shown * grid.noise.shown - kIndependent * kIndependent);
   const double pixels = region.moments.n / std::pow(grid.sampling.per_pixel(), 2);
-  const double variance = pixel / pixels + kC.slow_noise * kC.slow_noise * shared * std::min(kC.slow_cells, cells) / cells;
+  const double variance = pixel / pixels + pixel * grid.noise.shared * std::min(kC.slow_cells, cells) / cells;
   Eigen::Matrix3d about_mean = Eigen::Matrix3d::Zero();  // of du, dv, and q at the mean pixel
   const double det = f.uu * f.vv - f.uv * f.uv;
   about_mean << f.vv / det, -f.uv / det, 0.0, -f.uv / det, f.uu / det, 0.0, 0.0, 0.0, 1.0;
@@ -62,12 +57,18 @@ double rough_area(const Region& region, const Plane& plane, const Camera& camera
   return region.moments.n * z * z * z / (camera.fx * camera.fy * std::max(std::abs(plane.d), 1e-3));
 }
 
-/// The order of planes: most square metres or most pixels first. By area, planes whose depth is known worse than to `sure_m` come
-/// after the others: so far away a few pixels span metres, and would leave what is near and certain behind a strip of a far wall.
-void sort_planes(PlaneOrder order, const DepthNoise& noise, std::vector<PlaneSegment>& planes) {
+/// The order of planes: most square metres or most pixels first. By area, planes whose depth is known worse than to half of
+/// `most_sigma_m` come after the others: so far away a few pixels span metres, and would leave what is near and certain behind a
+/// strip of a far wall.
+void sort_planes(PlaneOrder order, const DepthNoise& noise, const DepthNoise& slow, std::vector<PlaneSegment>& planes) {
   const bool by_area = order == PlaneOrder::area;
+  // The depth whose error is that: sigma^2 = a^2 + (b z^2)^2.
+  const auto sum = [](double x, double y) { return x * x + y * y; };
+  const double fourth = sum(noise.quadratic_per_m, slow.quadratic_per_m);
+  const double left = 0.5 * kC.most_sigma_m * 0.5 * kC.most_sigma_m - sum(noise.constant_m, slow.constant_m);
+  const double farthest = fourth > 0.0 ? std::pow(std::max(left, 0.0) / fourth, 0.25) : std::numeric_limits<double>::infinity();
   const auto rank = [&](const PlaneSegment& s) {
-    const bool last = by_area && noise.sigma_m(s.centroid.z()) > kC.sure_m;
+    const bool last = by_area && s.centroid.z() > farthest;
     return std::tuple(last, by_area ? -s.area_m2 : -static_cast<double>(s.inliers), s.id);
   };
   std::sort(planes.begin(), planes.end(), [&](const PlaneSegment& a, const PlaneSegment& b) { return rank(a) < rank(b); });
@@ -93,7 +94,7 @@ void number_regions(const Grid& grid, const SegmentOptions& options, Buffers& b,
     segment.area_m2 = rough_area(region, plane->plane, grid.camera);
     segment.centroid.z() = 1.0 / region.fit.q;
   }
-  sort_planes(*options.order, result.noise, result.planes);
+  sort_planes(*options.order, result.noise, result.slow_noise, result.planes);
   if (result.planes.size() > static_cast<std::size_t>(kMaxPlanes)) result.planes.resize(static_cast<std::size_t>(kMaxPlanes));
   for (PlaneSegment& segment : result.planes) {
     b.ranked.push_back(static_cast<std::int16_t>(segment.id));
@@ -121,7 +122,7 @@ void arrange(const SegmentOptions& options, Segmentation& result) {
   std::erase_if(result.planes, [&](const PlaneSegment& s) {
     return static_cast<double>(s.inliers) < least || s.area_m2 < options.cells.min_area_m2;
   });
-  sort_planes(*options.order, result.noise, result.planes);
+  sort_planes(*options.order, result.noise, result.slow_noise, result.planes);
   const auto most = static_cast<std::size_t>(*options.max_planes == 0 ? kMaxPlanes : *options.max_planes);
   if (result.planes.size() > most) result.planes.resize(most);
   renumber(numbered, result);
@@ -180,9 +181,14 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
             const SensorModel& sensor, Buffers& b, StageClock& clock, Segmentation& result) {
   const DepthRows<Raw> rows(depth, camera, limits);
   b.grid.sampling = sampling_of(camera);
-  const ImageRows<Raw> image(rows, b.grid.sampling.copies, b.grid.sampling.merged, options.threads, b.image);
-  result.sampled_points =
-      measure_cells(image, depth, camera, sensor, options.sensor, options.threads, b.grid_buffers, b.grid);
+  std::optional<ImageRows<Raw>> rows_of_cells;
+  for (bool again = false;; again = true) {
+    rows_of_cells.emplace(rows, b.grid.sampling.copies, b.grid.sampling.merged, options.threads, b.image);
+    result.sampled_points =
+        measure_cells(*rows_of_cells, depth, camera, sensor, options.sensor, options.threads, b.grid_buffers, b.grid);
+    if (again || !make_finer(b.grid.noise, b.grid.sampling)) break;
+  }
+  const ImageRows<Raw>& image = *rows_of_cells;
   result.valid_points = limits == nullptr ? result.sampled_points : 0;
   for (int v = 0; limits != nullptr && v < rows.height(); ++v) {
     result.valid_points += rows.count(rows.row(v, b.image.work.front()).measured);
@@ -199,7 +205,8 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   grow_regions(b.grid, b.expected, b.region_buffers, b.judge, b.regions);
   clock.end(Stage::regions);
   merge_regions(b.grid, b.merge, b.regions);
-  reassign_borders(b.grid, options.cells.min_confidence, b.reassign, b.judge, b.regions);
+  reassign_borders(b.grid, b.reassign, b.regions);
+  judge_regions(b.grid, options.cells.min_confidence, b.reassign, b.judge, b.regions);
   clock.end(Stage::merge);
   number_regions(b.grid, options, b, result);
   label_pixels(image, depth, camera, b.grid, b.regions, b.labels, options.threads, b.pixels, result.labels.data());

@@ -21,8 +21,8 @@ constexpr double kFocalLength_px = 525.0;
 constexpr int kMostCopies = 2;
 constexpr int kMostMerged = 8;
 
-/// What the image's noise can at most be taken for, and what any sensor's rounding makes.
-constexpr double kLeastSigma = 1e-3 * kKinectNoise_per_m;  // floats of rendered depth
+/// Noise is taken for no less: what the rounding of floats leaves of rendered depth.
+constexpr double kLeastSigma = 1e-3 * kKinectNoise_per_m;
 
 Camera camera_of_samples(const Camera& camera, const Sampling& sampling) {
   const double k = sampling.per_pixel();
@@ -49,8 +49,10 @@ void resize(const DepthView& view, const Camera& camera, Grid& grid) {
     std::fill_n(values->begin() + static_cast<std::ptrdiff_t>(size), Grid::kPadding, 0.0F);
   }
   grid.usable.resize(size);
+  grid.measured.resize(size);
   grid.words = kernels::words_of(at(grid.columns));
-  for (auto* set : {&grid.usable_set, &grid.links.right, &grid.links.down, &grid.smooth.right, &grid.smooth.down})
+  for (auto* set :
+       {&grid.usable_set, &grid.measured_set, &grid.links.right, &grid.links.down, &grid.smooth.right, &grid.smooth.down})
     set->resize(at(grid.rows) * grid.words);
 }
 
@@ -179,8 +181,7 @@ void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Gr
       for (int k = 0; k < kFields; ++k) of_row[k] = of_all[k] + at(y) * stride;
       task.measured += kernel.moments(image.cells(row * merged + y), stride, metres_per_unit, 0.25F * least, fields(of_row));
     }
-    for (std::size_t c = 0; c < cells; ++c)
-      merge_cell(fields(of_all), merged, stride, c * at(merged), kC.least_measured, c, out);
+    for (std::size_t c = 0; c < cells; ++c) merge_cell(fields(of_all), merged, stride, c * at(merged), kC.least_measured, c, out);
   }
   // From the cell's centre to the image's.
   const double half = 0.5 * (kCell - 1);
@@ -199,6 +200,8 @@ class Histogram {
   void add(const Histogram& other, std::uint32_t weight) {
     for (std::size_t i = 0; i < kBins; ++i) counts_[i] += weight * other.counts_[i];
   }
+  /// Forgets the largest values, kernels::kNone among them.
+  void drop_last() { counts_.back() = 0; }
   [[nodiscard]] std::uint64_t total() const { return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0}); }
   /// The value below which a share lies; 0 of nothing.
   [[nodiscard]] double quantile(double share) const {
@@ -227,9 +230,15 @@ class Histogram {
 /// The value below which a share of a sample lies; 0 without one. Values are not negative.
 double quantile(const AlignedVector<float>& sample, double share) {
   Histogram histogram;
-  for (const float value : sample) {
-    if (value < kernels::kNone) histogram.add(value, 1);
+  Histogram other;  // neighbours are often alike, and one counter would wait for itself
+  const std::size_t even = sample.size() / 2 * 2;
+  for (std::size_t i = 0; i < even; i += 2) {
+    histogram.add(sample[i], 1);
+    other.add(sample[i + 1], 1);
   }
+  if (even < sample.size()) histogram.add(sample[even], 1);
+  histogram.add(other, 1);
+  histogram.drop_last();
   return histogram.quantile(share);
 }
 
@@ -241,8 +250,8 @@ void for_each_sampled_row(const Grid& grid, Visitor visit) {
   for (int r = 0; r < grid.rows; r += step) visit(grid.index(r, 0));
 }
 
-/// Which cells tell something of noise: not those that hold one value throughout. A wall seen from the front in coarse units does,
-/// but so do a sky, a far clip and a filled hole.
+/// Which cells tell something of noise: not those that hold one value throughout. A wall seen from the front in coarse units
+/// does, but so do a sky, a far clip and a filled hole.
 void find_telling(GridBuffers& buffers, const Grid& grid) {
   buffers.telling.resize(grid.size() + Grid::kPadding);
   buffers.centred.resize(grid.size() + Grid::kPadding);
@@ -263,6 +272,57 @@ void find_telling(GridBuffers& buffers, const Grid& grid) {
   for (int r = 0; r <= grid.rows + 1; ++r) {
     buffers.telling[at(r * grid.stride)] = buffers.telling[at((r + 1) * grid.stride - 1)] = 0.0F;
   }
+}
+
+/// The step of the measured depths, metres: their greatest common divisor, which can be many raw units. 0 of floats.
+template <class Raw>
+double raw_step(const ImageRows<Raw>& image, const DepthView& view, const Grid& grid) {
+  if constexpr (std::is_same_v<Raw, float>) {
+    return 0.0;
+  } else {
+    unsigned common = 0;
+    const std::size_t width = at(view.width()) * at(grid.sampling.copies);
+    for (int r = 0; r < grid.rows * grid.sampling.merged && common != 1; ++r) {
+      const Raw* const row = image.cells(r).rows[0];
+      for (std::size_t u = 0; u < width && common != 1; ++u) common = std::gcd(common, static_cast<unsigned>(row[u]));
+    }
+    // A wall in one value only says nothing.
+    constexpr double kMost_m = 0.02;
+    const auto unit = static_cast<double>(view.metres_per_unit());
+    return common * unit > kMost_m ? unit : common * unit;
+  }
+}
+
+/// Takes the measurements from cells that were filled: one value in many of them, though depth there is noisier than its steps
+/// and could not be the same in a single one. Whether there were any.
+bool drop_filled(double step_m, const DepthNoise& shown, GridBuffers& buffers, Grid& grid) {
+  constexpr double kExact = 1e-4;  // of the depth: rendered
+  constexpr double kMany = 0.03;   // of the measured cells
+  AlignedVector<float>& values = buffers.sample;
+  values.clear();
+  double measured = 0.0;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    if (grid.n[i] == 0.0F) continue;
+    measured += 1.0;
+    const double z = 1.0 / static_cast<double>(grid.q[i]);
+    if (buffers.telling[i] == 0.0F && shown.sigma_m(z) > std::max(step_m, kExact * z)) values.push_back(grid.q[i]);
+  }
+  if (static_cast<double>(values.size()) < kMany * measured) return false;
+  std::sort(values.begin(), values.end());
+  bool any = false;
+  for (std::size_t first = 0, end = 0; first < values.size(); first = end) {
+    // Sums of one value differ in their last bits where cells are not full.
+    constexpr float kSame = 1.0F + 1e-6F;
+    while (end < values.size() && values[end] <= values[first] * kSame) ++end;
+    if (static_cast<double>(end - first) < kMany * measured) continue;
+    any = true;
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+      if (buffers.telling[i] != 0.0F || !(grid.q[i] >= values[first] && grid.q[i] <= values[end - 1])) continue;
+      grid.n[i] = grid.q[i] = grid.du[i] = grid.dv[i] = 0.0F;
+      grid.residual[i] = kernels::kNoFit;
+    }
+  }
+  return any;
 }
 
 /// Pixel noise by depth from the cells' residuals, sigma_z^2 = a^2 + (b z^2)^2: what is constant in depth, as of time of flight,
@@ -346,7 +406,8 @@ DepthNoise times(const DepthNoise& noise, double factor) {
   return {noise.constant_m * factor, noise.linear * factor, noise.quadratic_per_m * factor};
 }
 
-/// Every cell's own noise: that of the flattest cell nearby, no less than the frame's, no more than what its sensor may have.
+/// Every cell's own noise: that of the flattest cell nearby, no less than the frame's law says within its bounds, and no more
+/// than `local_noise` times that, or what a named sensor may have, or of others a Kinect.
 void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& shown, GridBuffers& buffers, Grid& grid) {
   const bool known = sensor.kind != SensorKind::automatic;
   AlignedVector<float>& least_residual = buffers.least_residual;
@@ -364,11 +425,13 @@ void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& show
   std::fill_n(least_residual.end() - static_cast<std::ptrdiff_t>(stride), stride, 0.0F);
   const auto gain = static_cast<float>(kC.noise_gain * kC.noise_gain);
   const NoiseOfInverse frame(shown);
-  const NoiseOfInverse lowest(known ? times(sensor.noise, 0.25) : DepthNoise{.constant_m = step_m / std::sqrt(12.0)});
+  DepthNoise least_noise = known ? times(sensor.noise, 0.25) : DepthNoise{};
+  least_noise.constant_m = std::max(least_noise.constant_m, step_m / std::sqrt(12.0));
+  const NoiseOfInverse lowest(least_noise);
   const NoiseOfInverse highest(known ? times(sensor.noise, 2.0)
                                      : DepthNoise{.constant_m = kC.most_constant_m, .quadratic_per_m = 4.0 * kKinectNoise_per_m});
   const NoiseOfInverse local(known ? times(sensor.noise, 2.0)
-                                   : DepthNoise{.constant_m = kC.local_constant_m, .quadratic_per_m = kKinectNoise_per_m});
+                                   : DepthNoise{.constant_m = 0.2 * kC.most_constant_m, .quadratic_per_m = kKinectNoise_per_m});
   const auto doubled = static_cast<float>(kC.local_noise * kC.local_noise);
   constexpr auto kLeast = static_cast<float>(kLeastSigma * kLeastSigma);
   const float* const __restrict q = grid.q.data();
@@ -383,45 +446,79 @@ void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& show
   }
 }
 
-/// The frame's errors that are not a cell's own.
-Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, GridBuffers& buffers, const Grid& grid) {
+/// The law of the pixel noise as cells have it: what the frame shows within its bounds, or the sensor's at the frame's scale.
+DepthNoise believed(const SensorModel& sensor, double step_m, const DepthNoise& shown, const Grid& grid) {
+  if (sensor.kind == SensorKind::automatic) {
+    return {.constant_m = std::clamp(shown.constant_m, step_m / std::sqrt(12.0), std::max(step_m, kC.most_constant_m)),
+            .quadratic_per_m = std::clamp(shown.quadratic_per_m, kLeastSigma, 4.0 * kKinectNoise_per_m)};
+  }
+  const NoiseOfInverse model(sensor.noise);
+  double ratio = 0.0;
+  double cells = 0.0;
+  for_each_sampled_row(grid, [&](int first) {
+    for (std::size_t i = at(first); i < at(first + grid.columns); ++i) {
+      const float usual = model.at(grid.q[i]);
+      if (grid.n[i] == 0.0F || !(usual > 0.0F)) continue;
+      ratio += static_cast<double>(grid.sigma[i] / std::sqrt(usual));
+      cells += 1.0;
+    }
+  });
+  return cells > 0.0 ? times(sensor.noise, ratio / cells) : sensor.noise;
+}
+
+/// What is not a cell's own: noise from cell to cell, slow noise, bias; and how well a cell knows its direction.
+Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, double step_m, GridBuffers& buffers,
+                     const Grid& grid) {
   const bool known = sensor.kind != SensorKind::automatic;
   Noise noise;
   const double mean = second_difference(grid, buffers.centred, buffers);
   const double slope = static_cast<double>(Grid::kHalfCell) *
                        std::max(second_difference(grid, grid.du, buffers), second_difference(grid, grid.dv, buffers));
-  // Errors that are the same in all rows of a cell, as those of rounding are on a wall, leave 1 / sqrt(8) of the pixel's.
-  constexpr double kShared = 0.3536;
+  // Errors that are the same in all rows of a cell, as those of rounding are on a wall, leave this share of the pixel's.
+  const double side = kCell / grid.sampling.per_pixel();  // pixels
+  const double alike = 1.0 / std::sqrt(side);
   constexpr double kMost = 3.0;
   noise.shown = std::min(std::max(mean, slope), kMost);
-  noise.cell = std::max(noise.shown, kShared);
+  noise.cell = std::max(noise.shown, alike);
   noise.slow = given.slow.value_or(kC.slow_noise * noise.cell);
+  // If pixels err independently, half a cell times its slopes differs from its neighbours' by this much of a pixel's sigma: the
+  // column of a pixel has the variance (side^2 - 1) / 12. What is clearly more, by the 15 % to which both are known, is shared
+  // by neighbours.
+  const double independent = 1.15 * 0.5 / std::sqrt((side * side - 1.0) / 12.0);
+  noise.shared = given.slow
+                     ? *given.slow * *given.slow
+                     : kC.slow_noise * kC.slow_noise * std::max(0.0, noise.shown * noise.shown - independent * independent);
   // Rendered depth is not bent. Its cells agree to a small part of what any sensor's do.
   double sum = 0.0;
+  double relative = 0.0;
   double cells = 0.0;
   for_each_sampled_row(grid, [&](int first) {
     for (std::size_t i = at(first); i < at(first + grid.columns); ++i) {
       if (grid.n[i] == 0.0F) continue;
-      sum += std::log(static_cast<double>(grid.sigma[i]));
+      const auto sigma = static_cast<double>(grid.sigma[i]);
+      sum += sigma;
+      relative += sigma / static_cast<double>(grid.q[i]);
       cells += 1.0;
     }
   });
-  const double typical = cells > 0.0 ? std::exp(sum / cells) : kLeastSigma;
-  const double exact = std::clamp(noise.cell * typical / (kC.exact_noise * kKinectNoise_per_m), kC.least_bias_scale, 1.0);
+  const double typical = cells > 0.0 ? sum / cells : kLeastSigma;
+  noise.slope_rad = cells > 0.0 ? noise.shown * relative / cells * grid.camera.fx / static_cast<double>(Grid::kHalfCell) : 1.0;
+  const double exact = std::clamp(noise.cell * typical / (kC.exact_noise * kKinectNoise_per_m), 0.05, 1.0);
   // What bends planes grows with the angle from the optical axis: a narrow view sees less of it than a Kinect's.
   constexpr double kWidth = 640.0 / kFocalLength_px;
   const double view = std::min(1.0, grid.width / grid.camera.fx / kWidth);
-  noise.bias_m = given.bias_m.value_or(known ? sensor.bias_m : exact * view * kC.bias_m);
-  noise.bias_scale = noise.bias_m / kC.bias_m;
+  // Rounding makes terraces: pixels near each other are off by the same.
+  noise.bias_m = std::hypot(given.bias_m.value_or(known ? sensor.bias_m : exact * view * kC.bias_m), step_m);
+  noise.near_m = std::hypot(kC.bias_near * noise.bias_m, step_m);
   return noise;
 }
 
 void find_usable(Grid& grid) {
   const auto square = [](double x) { return static_cast<float>(x * x); };
-  const float usable_noise = square(kC.usable_k);
-  const float usable_length = square(kC.usable_m * grid.noise.bias_scale) + square(kC.flat_in_cell_m);
-  const float grow_noise = square(kC.grow_k * grid.noise.cell);
-  const float grow_length = square(kC.bias_m * grid.noise.bias_scale) + square(kC.flat_m);
+  const float usable_noise = square(kC.sigmas);
+  const float usable_length = square(grid.noise.near_m) + square(kC.flat_m / 3.0);
+  const float grow_noise = square(kC.wide_sigmas * grid.noise.cell);
+  const float grow_length = square(grid.noise.bias_m) + square(kC.flat_m);
   const auto most = static_cast<float>(kC.most_sigma_m);
   const float* const __restrict n = grid.n.data();
   const float* const __restrict q = grid.q.data();
@@ -429,6 +526,7 @@ void find_usable(Grid& grid) {
   const float* const __restrict residual = grid.residual.data();
   float* const __restrict slack = grid.slack.data();
   std::uint8_t* const __restrict usable = grid.usable.data();
+  std::uint8_t* const __restrict measured = grid.measured.data();
   const std::size_t size = grid.size();
   for (std::size_t i = 0; i < size; ++i) {
     const float variance = sigma[i] * sigma[i];
@@ -437,6 +535,7 @@ void find_usable(Grid& grid) {
     slack[i] = grow_noise * variance + grow_length * fourth;
     const bool flat = residual[i] <= usable_noise * variance + usable_length * fourth;
     const bool near = sigma[i] <= most * squared_q;
+    measured[i] = static_cast<std::uint8_t>(n[i] > 0.0F);
     usable[i] = static_cast<std::uint8_t>(static_cast<int>(n[i] > 0.0F) & static_cast<int>(flat) & static_cast<int>(near));
   }
 }
@@ -471,26 +570,27 @@ void find_links_of_frame(Grid& grid) {
   const auto square = [](double x) { return static_cast<float>(x * x); };
   for (int r = 0; r < grid.rows; ++r) {
     pack(&grid.usable[at(grid.index(r, 0))], at(grid.columns), &grid.usable_set[at(r) * grid.words]);
+    pack(&grid.measured[at(grid.index(r, 0))], at(grid.columns), &grid.measured_set[at(r) * grid.words]);
   }
-  const float jump_noise = square(kC.jump_k * grid.noise.cell);
+  const float jump_noise = square(kC.sigmas * grid.noise.cell);
   find_links(grid,
              {.jump_noise = jump_noise,
-              .jump_m = square(kC.jump_m * grid.noise.bias_scale),
+              .jump_m = square(grid.noise.near_m),
               .slope_u = Grid::kHalfCell,
               .slope_v = Grid::kHalfCell,
-              .bend_noise = square(kC.bend_k * grid.noise.cell),
-              .bend_m = square(kC.bend_m * grid.noise.bias_scale),
+              .bend_noise = square(kC.sigmas * grid.noise.cell),
+              .bend_m = square(grid.noise.near_m),
               .bend_rad = 0.0F},
              grid.links);
   // A plane's slope in depth over the image plane at z = 1 is its slope in q over q.
   find_links(grid,
              {.jump_noise = jump_noise,
-              .jump_m = square(kC.jump_m),
+              .jump_m = square(kC.bias_near * kC.bias_m),  // a rendered surface is as smooth as a measured one
               .slope_u = static_cast<float>(grid.camera.fx),
               .slope_v = static_cast<float>(grid.camera.fy),
-              .bend_noise = square(kC.bend_k * grid.noise.cell * grid.camera.fx / static_cast<double>(Grid::kHalfCell)),
+              .bend_noise = square(kC.sigmas * grid.noise.cell * grid.camera.fx / static_cast<double>(Grid::kHalfCell)),
               .bend_m = 0.0F,
-              .bend_rad = square(kC.slight_bend)},
+              .bend_rad = square(0.5 * kC.most_turn)},
              grid.smooth);
 }
 
@@ -529,6 +629,12 @@ Sampling sampling_of(const Camera& camera) {
   return sampling;
 }
 
+bool make_finer(const Noise& noise, Sampling& sampling) {
+  if (sampling.merged > 1 || sampling.copies == kMostCopies || !(noise.slope_rad * noise.shown < kC.fine_slope)) return false;
+  sampling.copies *= 2;
+  return true;
+}
+
 template <class Raw>
 std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, const Camera& camera, const SensorModel& sensor,
                           const SensorOptions& given, int threads, GridBuffers& buffers, Grid& grid) {
@@ -539,12 +645,13 @@ std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, co
     for_each_cell_row(task, grid.rows,
                       [&](int row) { measure_row(image, row, view.metres_per_unit(), buffers.tasks[at(row)], grid); });
   });
-  const double step = view.format() == DepthFormat::uint16 ? static_cast<double>(view.metres_per_unit()) : 0.0;
+  const double step = raw_step(image, view, grid);
   find_telling(buffers, grid);
   const DepthNoise shown = measure_pixel_noise(buffers, grid);
   set_sigmas(sensor, step, shown, buffers, grid);
-  grid.noise = estimate_noise(sensor, given, buffers, grid);
-  grid.noise.pixel = shown;
+  if (drop_filled(step, shown, buffers, grid)) set_sigmas(sensor, step, shown, buffers, grid);
+  grid.noise = estimate_noise(sensor, given, step, buffers, grid);
+  grid.noise.pixel = believed(sensor, step, shown, grid);
   find_usable(grid);
   find_links_of_frame(grid);
   std::size_t measured = 0;
@@ -552,9 +659,9 @@ std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, co
   return measured;
 }
 
-template std::size_t measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const SensorModel&, const SensorOptions&, int,
-                                   GridBuffers&, Grid&);
-template std::size_t measure_cells(const ImageRows<float>&, const DepthView&, const Camera&, const SensorModel&, const SensorOptions&, int,
-                                   GridBuffers&, Grid&);
+template std::size_t measure_cells(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const SensorModel&,
+                                   const SensorOptions&, int, GridBuffers&, Grid&);
+template std::size_t measure_cells(const ImageRows<float>&, const DepthView&, const Camera&, const SensorModel&,
+                                   const SensorOptions&, int, GridBuffers&, Grid&);
 
 }  // namespace fransac::cells

@@ -82,12 +82,14 @@ std::optional<PlaneFit> fit(const Moments& moments);
 
 /// The frame's three errors. Pixel noise is each cell's own, Grid::sigma; the others are shares of it, and a length.
 struct Noise {
-  DepthNoise pixel;    ///< One sigma of a pixel by depth, over the frame; what a cell's own is no less than.
-  double shown = 0.0;  ///< A cell's mean and slopes (times half a cell) differ from its neighbours' by this share, as seen.
-  double cell = 0.0;   ///< The same, as it is believed: no less than what errors make that all rows of a cell share.
-  double slow = 0.0;   ///< Slow noise: what many cells share, as a share of the pixel noise.
-  double bias_m = 0.0;      ///< How far a plane may be bent or shifted, metres.
-  double bias_scale = 0.0;  ///< bias_m as a share of what real sensors have.
+  DepthNoise pixel;        ///< One sigma of a pixel by depth, over the frame.
+  double shown = 0.0;      ///< A cell's mean and slopes (times half a cell) differ from its neighbours' by this share, as seen.
+  double cell = 0.0;       ///< The same, as it is believed: no less than what errors make that all rows of a cell share.
+  double slow = 0.0;       ///< Slow noise: what many cells share, as a share of the pixel noise.
+  double shared = 0.0;     ///< Variance of slow noise over that of a pixel, less what independent errors would show as well.
+  double slope_rad = 0.0;  ///< A cell's direction differs from its neighbours' by this, over the frame, radians.
+  double near_m = 0.0;      ///< What of it is seen between neighbouring cells, and the step of depth, metres.
+  double bias_m = 0.0;     ///< How far a plane may be bent or shifted, metres.
 };
 
 /// Cells are 8 x 8 samples and see about the same angle whatever the image's size: a sample is a pixel of a Kinect's image, one
@@ -101,6 +103,8 @@ struct Sampling {
   bool operator==(const Sampling&) const = default;
 };
 Sampling sampling_of(const Camera& camera);
+/// Where depth is so precise that smaller cells know their direction well, too, makes them half as long, once. Else false.
+bool make_finer(const Noise& noise, Sampling& sampling);
 
 /// All arrays have a border of one cell without measurements, so that every cell has neighbours.
 class Grid {
@@ -117,9 +121,11 @@ class Grid {
   AlignedVector<float> sigma;                                     ///< Pixel noise of this cell: one sigma of q, per metre.
   AlignedVector<float> slack;                                     ///< Square of what a member of a region may be off, per metre.
   AlignedVector<std::uint8_t> usable;
+  AlignedVector<std::uint8_t> measured;
   // Sets of cells without the border: a bit each, rows of `words` words.
   std::size_t words = 0;
   std::vector<std::uint64_t> usable_set;
+  std::vector<std::uint64_t> measured_set;  ///< Cells with a plane, usable or not.
   /// Usable cells that something joins to the next on the right, and to the one below.
   struct Links {
     std::vector<std::uint64_t> right;
@@ -178,13 +184,13 @@ class Grid {
 
 /// Memory of measure_cells.
 struct GridBuffers {
-  AlignedVector<float> sample;          ///< Some are kernels::kNone.
-  AlignedVector<float> telling;         ///< Per cell: measurements of those that tell something of noise, else 0.
-  AlignedVector<float> centred;         ///< Per cell: inverse depth at its centre.
+  AlignedVector<float> sample;   ///< Some are kernels::kNone.
+  AlignedVector<float> telling;  ///< Per cell: measurements of those that tell something of noise, else 0.
+  AlignedVector<float> centred;  ///< Per cell: inverse depth at its centre.
   AlignedVector<float> least_residual;
   struct Task {
-    std::size_t measured;         ///< Pixels of a row of cells.
-    AlignedVector<float> parts;   ///< Moments of the cells of 8 x 8 pixels that are merged.
+    std::size_t measured;        ///< Pixels of a row of cells.
+    AlignedVector<float> parts;  ///< Moments of the cells of 8 x 8 pixels that are merged.
   };
   std::vector<Task> tasks;  ///< Per row of cells.
 };

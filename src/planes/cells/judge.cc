@@ -59,7 +59,7 @@ Judge::Turn Judge::turn(const Region& region, const kernels::CellSetShape& shape
   constexpr double kRoundest_m = 0.05;
   const Camera& camera = grid_.camera;
   const double before = 1.0 / (kRoundest_m * camera.fx * camera.fy * kPerSample * kPerSample);
-  const double least_variance = std::pow(kC.curved_noise * grid_.noise.cell * region.sigma(), 2);
+  const double least_variance = std::pow(0.5 * grid_.noise.cell * region.sigma(), 2);
   for (int i = 3; i < 6; ++i) normal(i, i) += least_variance / (before * before);
   const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(normal);
   const Eigen::Matrix<double, 6, 1> solution = solver.solve(right);
@@ -95,26 +95,31 @@ double Judge::evidence(const Region& region, const kernels::CellSetShape& shape)
 double Judge::smooth_border(const CellSet& set) const {
   int measured = 0;
   int smooth = 0;
-  const std::size_t words = grid_.words;
-  const auto has = [&](int r, int c) {
-    if (r < set.top || r > set.bottom || c < 0 || c >= grid_.columns) return false;
-    return (set.bits[at(r - set.top) * words + at(c / kernels::kWordBits)] >> (c % kernels::kWordBits) & 1U) != 0;
+  const auto count = [&](std::uint64_t sides, std::uint64_t links) {
+    measured += std::popcount(sides);
+    smooth += std::popcount(sides & links);
   };
+  constexpr int kLast = kernels::kWordBits - 1;
+  const std::size_t words = grid_.words;
   for (int r = set.top; r <= set.bottom; ++r) {
+    const std::uint64_t* const row = set.bits + at(r - set.top) * words;
+    const std::size_t first = at(r) * words;
+    const std::uint64_t* const known = &grid_.measured_set[first];
+    const std::uint64_t* const right = &grid_.smooth.right[first];
     for (std::size_t w = 0; w < words; ++w) {
-      const std::uint64_t bits = set.bits[at(r - set.top) * words + w];
-      if (bits == 0) continue;
-      for (std::uint64_t rest = bits; rest != 0; rest &= rest - 1) {
-        const int c = static_cast<int>(w) * kernels::kWordBits + std::countr_zero(rest);
-        const auto side = [&](int dr, int dc, const std::vector<std::uint64_t>& links, int lr, int lc) {
-          if (has(r + dr, c + dc) || !(grid_.n[at(grid_.index(r + dr, c + dc))] > 0.0F)) return;
-          ++measured;
-          smooth += static_cast<int>(links[at(lr) * words + at(lc / kernels::kWordBits)] >> (lc % kernels::kWordBits) & 1U);
-        };
-        side(0, 1, grid_.smooth.right, r, c);
-        if (c > 0) side(0, -1, grid_.smooth.right, r, c - 1);
-        side(1, 0, grid_.smooth.down, r, c);
-        if (r > 0) side(-1, 0, grid_.smooth.down, r - 1, c);
+      if (row[w] == 0) continue;
+      // Bit c of `before` says something of column c - 1, of `after` of column c + 1.
+      const auto before = [&](const std::uint64_t* bits) { return bits[w] << 1 | (w > 0 ? bits[w - 1] >> kLast : 0); };
+      const auto after = [&](const std::uint64_t* bits) { return bits[w] >> 1 | (w + 1 < words ? bits[w + 1] << kLast : 0); };
+      count(row[w] & ~before(row) & before(known), before(right));
+      count(row[w] & ~after(row) & after(known), right[w]);
+      if (r > 0) {
+        const std::uint64_t above = r > set.top ? (row - words)[w] : 0;
+        count(row[w] & ~above & (known - words)[w], grid_.smooth.down[first - words + w]);
+      }
+      if (r + 1 < grid_.rows) {
+        const std::uint64_t below = r < set.bottom ? (row + words)[w] : 0;
+        count(row[w] & ~below & (known + words)[w], grid_.smooth.down[first + w]);
       }
     }
   }
@@ -136,39 +141,38 @@ CellSet Judge::erode(const CellSet& set) const {
   return {b_.eroded.data(), set.top, set.bottom};
 }
 
-PlaneEvidence Judge::look(const Region& region, const CellSet& set) const {
-  const kernels::CellArrays cells = grid_.arrays(grid_.index(set.top, 0));
-  const kernels::CellSetPlane plane = about(region.fit.plane, region.fit.u, region.fit.v);
-  const auto shape_of = [&](const CellSet& s) { return kernels::sum_shape(cells, s.bits, s.rows(), grid_.words, plane); };
-  const kernels::CellSetShape shape = shape_of(set);
-  PlaneEvidence a;
-  a.nats = evidence(region, shape);
-  const Turn whole = turn(region, shape);
-  // Cells at the border are blurred or hold something else, too; where enough is left they do not count.
-  const kernels::CellSetShape inner = shape_of(erode(set));
-  constexpr float kEnough = 9.0F;
-  const Turn core = inner.position[0] >= kEnough ? turn(region, inner) : whole;
-  a.turn_rad = whole.rad;
-  a.turn_sigma_rad = whole.sigma;
-  a.core_turn_rad = core.rad;
-  a.core_turn_sigma_rad = core.sigma;
-  a.smooth_border = smooth_border(set);
-  const double z = 1.0 / region.fit.q;
-  a.front_m2 = region.moments.n * z * z / (grid_.camera.fx * grid_.camera.fy);
-  a.misfit = std::sqrt(static_cast<double>(shape.off) / std::max(1, region.cells)) /
-             std::max(1e-12, grid_.noise.slow * region.sigma());
-  return a;
+kernels::CellSetShape Judge::shape(const Region& region, const CellSet& set) const {
+  return kernels::sum_shape(grid_.arrays(grid_.index(set.top, 0)), set.bits, set.rows(), grid_.words,
+                            about(region.fit.plane, region.fit.u, region.fit.v));
 }
 
-bool Judge::is_curved(const PlaneEvidence& a) {
-  return std::min(a.turn_rad - 2.0 * a.turn_sigma_rad, a.core_turn_rad - 2.0 * a.core_turn_sigma_rad) > kC.most_turn;
+Judge::Turn Judge::core_turn(const Region& region, const CellSet& set, const Turn& whole) const {
+  constexpr float kEnough = 9.0F;  // cells
+  const kernels::CellSetShape core = shape(region, erode(set));
+  return core.position[0] >= kEnough ? turn(region, core) : whole;
 }
 
-double Judge::confidence(const PlaneEvidence& a) {
-  // Fitted by scripts/fit-confidence.
-  const double turn = std::min(a.turn_rad, a.core_turn_rad);
-  const double x = 0.58 - 4.915 * a.smooth_border + 0.933 * std::log(std::max(a.nats, 1.0) / 100.0) - 0.73 * std::log(turn + 0.03) +
-                   0.521 * std::log(std::max(a.turn_sigma_rad, 0.005));
+bool Judge::may_be_plane(const Region& region, const CellSet& set) const {
+  const kernels::CellSetShape all = shape(region, set);
+  if (evidence(region, all) < kC.least_evidence) return false;
+  constexpr double kSigmas = 2.0;
+  const auto is_straight = [](const Turn& t) { return t.rad - kSigmas * t.sigma <= kC.most_turn; };
+  const Turn whole = turn(region, all);
+  return is_straight(whole) || is_straight(core_turn(region, set, whole));
+}
+
+PlaneEvidence Judge::look(const Region& region, const CellSet& set, double measured) const {
+  const Turn whole = turn(region, shape(region, set));
+  return {.share = region.moments.n / std::max(measured, 1.0),
+          .turn_rad = std::min(whole.rad, core_turn(region, set, whole).rad),
+          .turn_sigma_rad = whole.sigma,
+          .smooth_border = smooth_border(set)};
+}
+
+double Judge::confidence(const PlaneEvidence& e) {
+  const double x = kConfidence.bias + kConfidence.share * std::log(std::max(e.share, 1e-6)) +
+                   kConfidence.turn * std::log(e.turn_rad + 0.03) +
+                   kConfidence.turn_sigma * std::log(std::max(e.turn_sigma_rad, 0.005)) + kConfidence.smooth * e.smooth_border;
   return 1.0 / (1.0 + std::exp(-x));
 }
 

@@ -20,12 +20,12 @@ class Judge {
  public:
   Judge(const Grid& grid, JudgeBuffers& buffers) : grid_(grid), b_(buffers) {}
 
-  /// What a region shows, whose cells are `set`.
-  [[nodiscard]] PlaneEvidence look(const Region& region, const CellSet& set) const;
-  /// Whether the surface turns for certain, further than planes seem to.
-  [[nodiscard]] static bool is_curved(const PlaneEvidence& a);
+  /// Whether a region whose cells are `set` may be a plane: neither chance nor curved for certain.
+  [[nodiscard]] bool may_be_plane(const Region& region, const CellSet& set) const;
+  /// What a region shows, of an image with so many measured samples.
+  [[nodiscard]] PlaneEvidence look(const Region& region, const CellSet& set, double measured) const;
   /// The probability that a region is a plane.
-  [[nodiscard]] static double confidence(const PlaneEvidence& a);
+  [[nodiscard]] static double confidence(const PlaneEvidence& evidence);
 
  private:
   struct Turn {
@@ -34,9 +34,13 @@ class Judge {
   };
   /// By how much the normal turns from one end of a set to the other, and one sigma of that.
   [[nodiscard]] Turn turn(const Region& region, const kernels::CellSetShape& shape) const;
+  /// The same without the cells at the border, which are blurred or hold something else, too; where few are left, the whole's.
+  [[nodiscard]] Turn core_turn(const Region& region, const CellSet& set, const Turn& whole) const;
+  /// Nats.
   [[nodiscard]] double evidence(const Region& region, const kernels::CellSetShape& shape) const;
   /// The share of a set's measured sides that a smooth surface crosses.
   [[nodiscard]] double smooth_border(const CellSet& set) const;
+  [[nodiscard]] kernels::CellSetShape shape(const Region& region, const CellSet& set) const;
   /// The set without the cells at its border.
   [[nodiscard]] CellSet erode(const CellSet& set) const;
 

@@ -27,7 +27,7 @@ kernels::CellPlane cell_plane(const InversePlane& plane, const Grid& grid, int r
 }
 
 /// What pixels may be off: their noise and slow errors, what the sensor bends, and how flat a plane has to be.
-float floor_m(const Noise& noise) { return static_cast<float>(std::hypot(kC.pixel_m * noise.bias_scale, kC.flat_m)); }
+float floor_m(const Noise& noise) { return static_cast<float>(std::hypot(kC.bias_far * noise.bias_m, kC.flat_m)); }
 
 /// The grid's cells, each as its `merged` x `merged` parts.
 void make_cells(const Grid& grid, const Regions& regions, PixelCells& cells) {
@@ -35,10 +35,11 @@ void make_cells(const Grid& grid, const Regions& regions, PixelCells& cells) {
   cells.columns = grid.columns * merged;
   cells.rows = grid.rows * merged;
   cells.stride = cells.columns + 2;
+  cells.floor_m = floor_m(grid.noise);
   cells.owner.assign(cells.size(), kNobody);
   cells.tolerance.assign(cells.size() + Grid::kPadding, 0.0F);
   cells.q.assign(cells.size() + Grid::kPadding, 0.0F);
-  const auto sigma = static_cast<float>(kC.pixel_k * std::hypot(1.0, grid.noise.slow));
+  const auto sigma = static_cast<float>(kC.sigmas * std::hypot(1.0, grid.noise.slow));
   for (int r = 0; r < cells.rows; ++r) {
     const std::size_t from = at(grid.index(r / merged, 0));
     const std::size_t to = at(cells.index(r, 0));
@@ -118,16 +119,16 @@ class Flood {
       const int row = j / cells_.stride - 1;
       const int column = j % cells_.stride - 1;
       if (row < 0 || row >= cells_.rows || column < 0 || column >= cells_.columns) continue;
-      // A cell that is a plane by itself must be this plane.
+      // A cell that is a plane by itself must be this plane, to half as much again as a member.
+      constexpr float kWide = 1.5F * 1.5F;
       const int whole = grid_.index(row / grid_.sampling.merged, column / grid_.sampling.merged);
-      if (grid_.usable[at(whole)] != 0 &&
-          !grid_.distance(whole, FloatPlane(plane)).within(static_cast<float>(kC.flood_k * kC.flood_k) * grid_.slack[at(whole)]))
+      if (grid_.usable[at(whole)] != 0 && !grid_.distance(whole, FloatPlane(plane)).within(kWide * grid_.slack[at(whole)]))
         continue;
-      const auto fits = kernels::cell_kernels<Raw>().fits(
-          image_.cells(row), at(column), metres_per_unit_, cell_plane(plane, grid_, row, 0),
-          {cells_.tolerance.data() + cells_.index(row, 0), floor_m(grid_.noise)});
+      const auto fits =
+          kernels::cell_kernels<Raw>().fits(image_.cells(row), at(column), metres_per_unit_, cell_plane(plane, grid_, row, 0),
+                                            {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m});
       constexpr std::uint32_t kLeast = 5;
-      if (fits.fitting < kLeast || fits.fitting < kC.flood_share * fits.measured) continue;
+      if (fits.fitting < kLeast || fits.fitting < 0.5 * fits.measured) continue;
       cells_.owner[at(j)] = owner;
       b_.queue.push_back(j);
     }
@@ -248,8 +249,7 @@ class RowLabeller {
       evidence[at(k)].count = task.counts.data() + at(k) * cells;
     }
     kernel.label(pixels, at(first), cells, view_.metres_per_unit(), planes.data(), at(candidates.count),
-                 {cells_.tolerance.data() + cells_.index(row, 0), floor_m(grid_.noise)}, out,
-                 evidence.data());
+                 {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m}, out, evidence.data());
     for (int k = 0; k < candidates.count; ++k) {
       const std::int16_t region = candidates.regions[at(k)];
       add(regions_.list[at(region)].fit.plane, row, at(first), evidence[at(k)], cells, task.planes[at(region)]);
@@ -284,7 +284,7 @@ class RowLabeller {
   const OwnerRange& range_;
 };
 
-/// From sums of z^3 and of (u z, v z, z) to square metres and points; `camera` is that of the pixels that were added up.
+/// From sums of z^3 and of (u z, v z, z) to square metres and points.
 void in_metres(const InversePlane& plane, const Grid& grid, const Camera& camera, PixelEvidence& sum) {
   // |n / d| of the plane n . p + d = 0, whose inverse depth is -n / d . ray
   const double a = plane.du * grid.camera.fx;
@@ -295,21 +295,48 @@ void in_metres(const InversePlane& plane, const Grid& grid, const Camera& camera
   sum.sum[1] = (sum.sum[1] - camera.cy * sum.sum[2]) / camera.fy;
 }
 
-/// Copies of pixels count as one pixel: as many as the labels show.
-void count_pixels(const std::vector<std::uint8_t>& label_of_region, const DepthView& view, const std::uint8_t* labels,
-                  std::vector<PixelEvidence>& evidence) {
-  std::array<std::uint64_t, 256> counts{};
-  for (std::size_t i = 0; i < view.size(); ++i) ++counts[labels[i]];
-  for (std::size_t g = 0; g < evidence.size(); ++g) {
-    PixelEvidence& e = evidence[g];
-    if (e.count == 0) continue;
-    const std::uint64_t pixels = counts[label_of_region[g]];
-    const double share = static_cast<double>(pixels) / static_cast<double>(e.count);
-    e.count = pixels;
-    e.squared_residual *= share;
-    e.area_m2 *= share;
-    e.sum *= share;
+/// Sums over the pixels themselves, where the kernels have seen copies of them.
+template <class Raw>
+void sum_pixels(const ImageRows<Raw>& image, const DepthView& view, const Grid& grid, const Regions& regions,
+                const std::vector<std::uint8_t>& label_of_region, const std::uint8_t* labels,
+                std::vector<PixelEvidence>& evidence) {
+  std::array<const InversePlane*, 256> plane_of{};
+  std::array<PixelEvidence, 256> of_label{};
+  for (std::size_t g = 0; g < evidence.size(); ++g) plane_of[label_of_region[g]] = &regions.list[g].fit.plane;
+  const auto copies = at(grid.sampling.copies);
+  const double first = 0.5 * static_cast<double>(copies - 1);
+  const std::size_t width = at(view.width());
+  const auto metres_per_unit = static_cast<double>(view.metres_per_unit());
+  for (std::size_t v = 0; v < at(view.height()); ++v) {
+    const std::size_t row = v * copies;
+    const Raw* const raw = image.cells(static_cast<int>(row / kCell)).rows[row % kCell];
+    const std::uint8_t* const of_row = labels + v * width;
+    for (std::size_t begin = 0, end = 0; begin < width; begin = end) {
+      while (end < width && of_row[end] == of_row[begin]) ++end;
+      const std::uint8_t label = of_row[begin];
+      if (label == kLabelNoDepth || label == kLabelNoPlane) continue;
+      const InversePlane& plane = *plane_of[label];
+      const double q0 = plane.at(first - 0.5 * grid.width, static_cast<double>(row) + first - 0.5 * grid.height);
+      const double step = plane.du * static_cast<double>(copies);
+      double squares = 0.0, sum_z = 0.0, sum_uz = 0.0, cubes = 0.0;
+      for (std::size_t u = begin; u < end; ++u) {
+        const double q = q0 + step * static_cast<double>(u);
+        const double measured = static_cast<double>(raw[u * copies]) * metres_per_unit;
+        const double z = q * measured > static_cast<double>(kernels::kHorizon) ? 1.0 / q : measured;
+        const double off = measured * q - 1.0;
+        squares += off * off;
+        sum_z += z;
+        sum_uz += z * static_cast<double>(u);
+        cubes += z * z * z;
+      }
+      PixelEvidence& sum = of_label[label];
+      sum.count += end - begin;
+      sum.squared_residual += squares;
+      sum.area_m2 += cubes;
+      sum.sum += Eigen::Vector3d(sum_uz, static_cast<double>(v) * sum_z, sum_z);
+    }
   }
+  for (std::size_t g = 0; g < evidence.size(); ++g) evidence[g] = of_label[label_of_region[g]];
 }
 
 }  // namespace
@@ -341,11 +368,10 @@ void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Came
   for (std::size_t i = 0; i < tasks; ++i) {
     for (std::size_t g = 0; g < regions.list.size(); ++g) buffers.evidence[g] += buffers.tasks[i].planes[g];
   }
-  const bool copied = grid.sampling.copies > 1;
+  if (grid.sampling.copies > 1) sum_pixels(image, view, grid, regions, label_of_region, labels, buffers.evidence);
   for (std::size_t g = 0; g < regions.list.size(); ++g) {
-    in_metres(regions.list[g].fit.plane, grid, copied ? grid.camera : camera, buffers.evidence[g]);
+    in_metres(regions.list[g].fit.plane, grid, camera, buffers.evidence[g]);
   }
-  if (copied) count_pixels(label_of_region, view, labels, buffers.evidence);
 }
 
 template void label_pixels(const ImageRows<std::uint16_t>&, const DepthView&, const Camera&, const Grid&, const Regions&,

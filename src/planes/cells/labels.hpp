@@ -36,6 +36,7 @@ struct PixelCells {
   int columns = 0;
   int rows = 0;
   int stride = 0;
+  float floor_m = 0.0F;
   AlignedVector<std::int16_t> owner;  ///< After flooding; kNobody.
   AlignedVector<float> tolerance;     ///< Of inverse depth, per metre.
   AlignedVector<float> q;             ///< Inverse depth of the grid's cell.

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "planes/cells/constants.hpp"
 #include "planes/cells/judge.hpp"
@@ -31,7 +32,7 @@ class Merger {
     b_.target.resize(b_.alive.size());
     for (int i = 0; i < count(); ++i) b_.target[at(i)] = static_cast<std::int16_t>(i);
     make_pairs();
-    measure_cells();
+    measure_borders();
     for (MergeBuffers::Pair& pair : b_.pairs) judge(pair);
     merge_all();
     for (std::int16_t& owner : regions_.owner) {
@@ -62,8 +63,8 @@ class Merger {
     }
   }
 
-  /// Errors per region, and how regions meet.
-  void measure_cells() {
+  /// How regions meet.
+  void measure_borders() {
     for (int r = 0; r < grid_.rows; ++r) {
       for (int c = 0; c < grid_.columns; ++c) {
         const int i = grid_.index(r, c);
@@ -108,20 +109,19 @@ class Merger {
   /// Whether a step runs along a border: its mean jump is more than slow noise and bias make. One or two pairs say nothing.
   [[nodiscard]] bool is_step(const Border& border) const {
     constexpr int kFewest = 3;
-    if (border.length < kFewest || border.smooth > kC.joined_share * border.length) return false;
+    if (border.length < kFewest || border.smooth > 0.5 * border.length) return false;
     const double mean = border.jump / border.length;
-    const double noise = 1.0 * grid_.noise.slow;
-    const double length = kC.step_m * grid_.noise.bias_scale;
+    const double noise = grid_.noise.slow;
+    const double length = kC.bias_far * grid_.noise.bias_m;
     return mean * mean > (noise * noise * border.variance + length * length * border.q4) / border.length;
   }
 
   /// Square of k of the slow errors plus a length, for the cells of two regions.
-  [[nodiscard]] double tolerance(const Pair& p, double k, double length_m) const {
+  [[nodiscard]] double tolerance(const Pair& p, double k) const {
     const double cells = region(p.a).cells + region(p.b).cells;
     const double noise = k * grid_.noise.slow;
-    const double length = length_m * grid_.noise.bias_scale;
-    return (noise * noise * (region(p.a).variance + region(p.b).variance) +
-            length * length * (region(p.a).q4 + region(p.b).q4)) /
+    const double length = grid_.noise.near_m;
+    return (noise * noise * (region(p.a).variance + region(p.b).variance) + length * length * (region(p.a).q4 + region(p.b).q4)) /
            cells;
   }
 
@@ -134,7 +134,7 @@ class Merger {
     const Region& large = a.cells >= b.cells ? a : b;
     const Region& small = a.cells >= b.cells ? b : a;
     const bool meet = border.length >= std::min(3.0, 0.5 * std::sqrt(small.cells));
-    const double far = tolerance(p, kC.far_k, kC.far_m);
+    const double far = tolerance(p, kC.sigmas);
     if (!meet && !predicts(large, small.fit, far)) return;
     Moments sum = a.moments;
     sum += b.moments;
@@ -143,19 +143,8 @@ class Merger {
     const double rise = (joint->mean_squared_residual * sum.n - a.fit.mean_squared_residual * a.moments.n -
                          b.fit.mean_squared_residual * b.moments.n) /
                         std::min(a.moments.n, b.moments.n);
-    const bool smooth = meet && angle(a.fit, b.fit) < kC.slight_bend;
-    const bool alike =
-        meet ? rise <= tolerance(p, kC.near_k, smooth ? kC.near_smooth_m : kC.near_m) : rise <= far && !is_seen_past(p, *joint);
+    const bool alike = meet ? rise <= tolerance(p, kC.wide_sigmas) : rise <= far && !is_seen_past(p, *joint);
     if (alike) p.rise = static_cast<float>(rise);
-  }
-
-  /// Between two planes' normals, radians.
-  [[nodiscard]] double angle(const PlaneFit& a, const PlaneFit& b) const {
-    const Camera& c = grid_.camera;
-    const auto normal = [&](const InversePlane& p) {
-      return Eigen::Vector3d(p.du * c.fx, p.dv * c.fy, p.at(c.cx - 0.5 * grid_.width, c.cy - 0.5 * grid_.height)).normalized();
-    };
-    return std::acos(std::min(1.0, std::abs(normal(a.plane).dot(normal(b.plane)))));
   }
 
   /// Whether the large region's plane foretells the small one, as far as it can foretell anything there.
@@ -184,7 +173,6 @@ class Merger {
     const double v = b.v - a.v;
     const int steps = static_cast<int>(std::max(std::abs(u), std::abs(v)) / kernels::kCell) + 1;
     const double k = 4.0 * grid_.noise.cell;
-    constexpr double kLength_m = 0.006;
     int between = 0;
     int past = 0;
     for (int t = 0; t <= steps; ++t) {
@@ -197,8 +185,10 @@ class Merger {
       ++between;
       if (!(grid_.n[at(i)] > 0.0F)) continue;
       const double q = joint.plane.at(static_cast<double>(grid_.u[at(i)]), static_cast<double>(grid_.v[at(i)]));
-      const double slack = std::hypot(k * static_cast<double>(grid_.sigma[at(i)]), kLength_m * grid_.noise.bias_scale * q * q);
-      if (static_cast<double>(grid_.q[at(i)]) < q - slack) ++past;
+      const double noise = k * static_cast<double>(grid_.sigma[at(i)]);
+      const double length = kC.bias_far * grid_.noise.bias_m * q * q;
+      const double off = q - static_cast<double>(grid_.q[at(i)]);
+      if (off > 0.0 && off * off > noise * noise + length * length) ++past;
     }
     return past > kC.seen_past * between;
   }
@@ -265,11 +255,6 @@ class Reassigner {
     for (std::size_t g = 0; g < regions_.list.size(); ++g) {
       if (regions_.list[g].alive) fit_again(g);
     }
-  }
-
-  [[nodiscard]] CellSet cells(std::size_t region) {
-    const auto [top, bottom] = b_.rows[region];
-    return {set(region) + at(top) * words_, top, bottom};
   }
 
  private:
@@ -357,18 +342,25 @@ class Reassigner {
 
 void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
 
-void reassign_borders(const Grid& grid, double least_confidence, ReassignBuffers& buffers, JudgeBuffers& judge_buffers,
-                      Regions& regions) {
+void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions) {
   Reassigner reassigner(grid, buffers, regions);
   constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses; ++pass) reassigner.run();
-  const Judge judge(grid, judge_buffers);
+  release_cells(regions);
+}
+
+void judge_regions(const Grid& grid, double min_confidence, const ReassignBuffers& reassigned, JudgeBuffers& buffers,
+                   Regions& regions) {
+  const Judge judge(grid, buffers);
+  const double measured = std::accumulate(grid.n.begin(), grid.n.end(), 0.0);
   for (std::size_t g = 0; g < regions.list.size(); ++g) {
     Region& region = regions.list[g];
     if (!region.alive) continue;
-    region.evidence = judge.look(region, reassigner.cells(g));
+    const auto [top, bottom] = reassigned.rows[g];
+    const std::uint64_t* const bits = &reassigned.sets[(g * at(grid.rows) + at(top)) * grid.words];
+    region.evidence = judge.look(region, {bits, top, bottom}, measured);
     region.confidence = Judge::confidence(region.evidence);
-    region.alive = region.confidence >= least_confidence;
+    region.alive = region.confidence >= min_confidence;
   }
   release_cells(regions);
 }

@@ -15,7 +15,7 @@ struct MergeBuffers {
   /// How two regions meet.
   struct Border {
     int length = 0;         ///< Pairs of cells.
-    int smooth = 0;         ///< of them linked.
+    int smooth = 0;         ///< of them with a smooth surface across.
     double jump = 0.0;      ///< Sum of what inverse depth jumps by, from the region with the lower rank to the other.
     double variance = 0.0;  ///< Sum of their pixels' variance, and
     double q4 = 0.0;        ///< of q^4.
@@ -32,8 +32,7 @@ struct MergeBuffers {
   std::vector<std::int16_t> target;
 };
 
-/// Merges, the most alike first, and drops what is not evident then. Merged and dropped regions are no longer alive; owners and
-/// fits are those of the union.
+/// Merges, the most alike first. Merged regions are no longer alive; owners and fits are those of the union.
 void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions);
 
 /// Memory of reassign_borders.
@@ -50,7 +49,11 @@ struct ReassignBuffers {
 };
 
 /// Gives cells to the plane they fit best among those of their 3 x 3, and fits again, twice.
-void reassign_borders(const Grid& grid, double least_confidence, ReassignBuffers& buffers, JudgeBuffers& judge,
-                      Regions& regions);
+void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions);
+
+/// Says how certain each region is, whose cells reassign_borders has left in its buffers, and drops those with less than
+/// `min_confidence`.
+void judge_regions(const Grid& grid, double min_confidence, const ReassignBuffers& reassigned, JudgeBuffers& buffers,
+                   Regions& regions);
 
 }  // namespace fransac::cells

@@ -24,11 +24,8 @@ struct SeedBlock {
   kernels::CellBlock block;
   int least_members;
 };
-// 3 x 3 cells have a normal that is known to a degree; strips and corners too thin for that start from 2 x 2.
-std::array<SeedBlock, 2> seed_blocks() {
-  return {
-      {{{3, 3, 1, 1, 7}, static_cast<int>(kC.least_cells)}, {{2, 2, 1, 1, 4}, static_cast<int>(kC.least_cells_of_small_seed)}}};
-}
+// 3 x 3 cells have a normal that is known to a degree; strips and corners too thin for that start from 2 x 2, and one more.
+constexpr std::array<SeedBlock, 2> kSeedBlocks{{{{3, 3, 1, 1, 7}, 9}, {{2, 2, 1, 1, 4}, 5}}};
 
 class Grower {
  public:
@@ -67,7 +64,7 @@ class Grower {
       start.u = plane.u;
       start.v = plane.v;
       cells_ = 0;
-      finish(best_row, best_column, start, static_cast<int>(kC.least_cells));
+      finish(best_row, best_column, start, kSeedBlocks[0].least_members);
     }
   }
 
@@ -86,8 +83,8 @@ class Grower {
   void find_seeds(const kernels::CellBlock& block) {
     b_.flatness.resize(grid_.size());
     const auto square = [](double x) { return static_cast<float>(x * x); };
-    const float usable_noise = square(kC.usable_k);
-    const float usable_length = square(kC.usable_m * grid_.noise.bias_scale) + square(kC.flat_in_cell_m);
+    const float usable_noise = square(kC.sigmas);
+    const float usable_length = square(grid_.noise.near_m) + square(kC.flat_m / 3.0);
     for (int r = 0; r < grid_.rows; ++r) {
       const int i = grid_.index(r, 0);
       kernels::measure_blocks(grid_.arrays(i), b_.weight.data() + i, grid_.sigma.data() + i, at(grid_.columns), block,
@@ -147,7 +144,7 @@ class Grower {
       return plane.has_value();
     };
     // A plane is trusted some way beyond the cells it goes through.
-    for (double reach = kC.grow_reach;; reach *= kC.grow_reach) {
+    for (double reach = 2.0;; reach *= 2.0) {
       const Spread::Window window = spread_.window(row, column, static_cast<int>(reach));
       if (!spread(window)) return;
       if (!spread_.touches(window)) break;
@@ -173,10 +170,12 @@ class Grower {
     // Whether it is a plane or not, its cells have been looked at.
     spread_.claim();
     spread_.for_each([&](int i) { b_.weight[at(i)] = 0.0F; });
-    Region region{.moments = moments_, .fit = plane, .cells = cells_};
+    Region region;
+    region.moments = moments_;
+    region.fit = plane;
+    region.cells = cells_;
     spread_.for_each([&](int i) { region.add(grid_, i); });
-    region.evidence = judge_.look(region, spread_.set());
-    if (region.evidence.nats < kC.least_evidence || Judge::is_curved(region.evidence)) return;
+    if (!judge_.may_be_plane(region, spread_.set())) return;
     const auto id = static_cast<std::int16_t>(regions_.list.size());
     spread_.for_each([&](int i) { regions_.owner[at(i)] = id; });
     regions_.list.push_back(region);
@@ -202,11 +201,11 @@ void release_cells(Regions& regions) {
   }
 }
 
-void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
-                  JudgeBuffers& judge, Regions& regions) {
+void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers, JudgeBuffers& judge,
+                  Regions& regions) {
   Grower grower(grid, buffers, judge, regions);
   grower.run(expected);
-  for (const SeedBlock& block : seed_blocks()) grower.run(block);
+  for (const SeedBlock& block : kSeedBlocks) grower.run(block);
 }
 
 }  // namespace fransac::cells

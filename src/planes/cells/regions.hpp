@@ -68,9 +68,8 @@ struct ExpectedPlane {
   double v;
 };
 
-/// Grows regions from what is expected, then from the flattest places. Keeps those that are no pieces of curved surfaces and
-/// hardly chance: too little evident to be planes alone, some may be parts of one.
-void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers,
-                  JudgeBuffers& judge, Regions& regions);
+/// Grows regions from what is expected, then from the flattest places. Keeps those that may be planes, or pieces of one.
+void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers, JudgeBuffers& judge,
+                  Regions& regions);
 
 }  // namespace fransac::cells

@@ -57,9 +57,6 @@ class Spread {
   };
   /// The cells at most `reach` rows and columns away.
   [[nodiscard]] Window window(int row, int column, int reach) const;
-  [[nodiscard]] bool is_all(const Window& window) const {
-    return window.top == 0 && window.left == 0 && window.bottom == grid_.rows - 1 && window.right == grid_.columns - 1;
-  }
 
   /// Makes the set. Nothing, when the cell is not on the plane itself.
   void run(int row, int column, const kernels::CellSetPlane& plane, const Window& window);
