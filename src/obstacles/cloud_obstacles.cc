@@ -11,6 +11,7 @@
 
 #include "fransac/obstacles/obstacles.hpp"
 #include "obstacles/clusters.hpp"
+#include "obstacles/floor_error.hpp"
 #include "obstacles/footprint.hpp"
 #include "obstacles/support.hpp"
 
@@ -121,6 +122,18 @@ class CloudFinder {
     return std::max(kFewest, side * side);
   }
 
+  /// How many points of each cluster are seen at a grazing angle and are no higher than floor may seem to be.
+  [[nodiscard]] std::vector<std::uint32_t> points_like_floor(const obstacles::Clusters& clusters) const {
+    const PlaneSegment& support = segmentation_.planes[at(r_.support.front() - 1)];
+    const obstacles::FloorError error(segmentation_, support, segmentation_.noise, options_.height_sigmas);
+    std::vector<std::uint32_t> count(clusters.count, 0);
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      const Eigen::Vector3d point = cloud_.point(index_[k]);
+      if (error.is_grazing(point) && height(index_[k]) <= error.most_m(point)) ++count[clusters.of_point[k]];
+    }
+    return count;
+  }
+
   /// Which clusters are obstacles, and their order.
   void choose(const obstacles::Clusters& clusters) {
     std::vector<std::uint32_t> count(clusters.count, 0);
@@ -133,7 +146,12 @@ class CloudFinder {
     std::vector<std::uint32_t> order(clusters.count);
     std::iota(order.begin(), order.end(), 0U);
     const double least = fewest();
-    std::erase_if(order, [&](std::uint32_t cluster) { return count[cluster] < least; });
+    const std::vector<std::uint32_t> like_floor = points_like_floor(clusters);
+    // As for images: rims of what stands on the floor are as low as it.
+    constexpr double kMostOfCluster = 0.75;
+    std::erase_if(order, [&](std::uint32_t cluster) {
+      return count[cluster] < least || like_floor[cluster] >= kMostOfCluster * count[cluster];
+    });
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return nearest[a] < nearest[b]; });
     order.resize(std::min(order.size(), at(obstacles::kMostObjects)));
     id_of_.assign(clusters.count, 0);

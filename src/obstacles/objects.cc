@@ -92,9 +92,6 @@ void mark_seen(const std::vector<std::uint8_t>& kinds, const CellImage& cells, i
   }
 }
 
-/// Least pixels that make a cell count: a quarter. What has fewer gets its label from its neighbours.
-int least_pixels(int side) { return side * side / 4; }
-
 /// Finds how strongly the surface is cut between neighbouring cells.
 class Linker {
  public:

@@ -56,6 +56,9 @@ struct Sides {
   std::vector<float> depths[2];
 };
 
+/// Least pixels that make a cell count: a quarter. What has fewer gets its label from its neighbours.
+inline int least_pixels(int side) { return side * side / 4; }
+
 /// A surface of an object at a cell, continued over the cells beside it: inverse depth by column and row of pixels.
 struct Surface {
   std::uint16_t object = 0;

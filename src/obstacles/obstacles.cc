@@ -10,7 +10,9 @@
 #include <utility>
 
 #include "fransac/core/true_object.hpp"
+#include "obstacles/bent_floor.hpp"
 #include "obstacles/drops.hpp"
+#include "obstacles/floor_error.hpp"
 #include "obstacles/footprint.hpp"
 #include "obstacles/objects.hpp"
 #include "obstacles/support.hpp"
@@ -22,6 +24,7 @@ struct ObstacleWorkspace::Impl {
   CorrectedDepth corrected;
   DepthRowBuffer row;
   obstacles::Sides sides;
+  obstacles::BentFloor bent;
   obstacles::Objects objects;
   obstacles::Drops drops;
   /// Of an object or drop, from its cells.
@@ -176,6 +179,10 @@ void find(const DepthView& depth, const Camera& camera, const Segmentation& segm
   const DepthRows<Raw> rows(depth, camera, limits);
   const DepthNoise noise = noise_of(segmentation);
   obstacles::find_sides(rows, segmentation, result.support, result.support_plane, noise, options, w.row, w.sides);
+  const obstacles::FloorError error(segmentation, segmentation.planes[at(result.support.front() - 1)], noise,
+                                    options.height_sigmas);
+  obstacles::remove_bent_floor(rows, segmentation, result.support, result.support_plane, error, options.height_sigmas, w.row,
+                               w.bent, w.sides);
   obstacles::find_objects(w.sides, camera, noise, options, w.objects);
   obstacles::find_drops(w.sides, camera, options, w.drops);
   Describer describer(camera, segmentation, options, w, result);

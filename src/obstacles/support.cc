@@ -3,17 +3,19 @@
 
 #include <algorithm>
 
+#include "obstacles/floor_error.hpp"
+
 namespace fransac::obstacles {
 namespace {
 
 /// Whether a plane is on the support, to within what is no obstacle and no drop: a floor goes on behind things, but the top of a
 /// low step is a floor, too, and carries nothing below it. Methods that know no centroid are believed.
-bool is_on(const Plane& support, const PlaneSegment& plane, const DepthNoise& noise, const ObstacleOptions& options) {
+/// Far off, where the ray grazes it, a floor is as bent as the sensor bends it.
+bool is_on(const Plane& support, const PlaneSegment& plane, const FloorError& error, const ObstacleOptions& options) {
   const Eigen::Vector3d& point = plane.centroid;
   if (!(point.z() > 0.0)) return true;
   const double height = support.signed_distance(point);
-  const double sigma = noise.sigma_m(point.z()) * std::abs(support.normal.dot(point)) / point.z();
-  const double slack = options.height_sigmas * sigma;
+  const double slack = error.is_grazing(point) ? error.most_m(point) : options.height_sigmas * error.pixel_m(point);
   return height <= std::max(slack, options.least_height_m) && -height <= std::max(slack, options.least_drop_m);
 }
 
@@ -53,9 +55,10 @@ void choose_support(const Segmentation& segmentation, const ObstacleOptions& opt
       return segmentation.planes[at(a - 1)].area_m2 > segmentation.planes[at(b - 1)].area_m2;
     });
     if (support.empty()) return;
-    const Plane& first = segmentation.planes[at(support.front() - 1)].plane;
+    const PlaneSegment& first = segmentation.planes[at(support.front() - 1)];
+    const FloorError error(segmentation, first, noise, options.height_sigmas);
     support.erase(std::remove_if(support.begin() + 1, support.end(),
-                                 [&](int label) { return !is_on(first, segmentation.planes[at(label - 1)], noise, options); }),
+                                 [&](int label) { return !is_on(first.plane, segmentation.planes[at(label - 1)], error, options); }),
                   support.end());
   };
   switch (choice.kind) {

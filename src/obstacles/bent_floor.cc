@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "obstacles/bent_floor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace fransac::obstacles {
+namespace {
+
+/// Errors of pixels that are farther apart than 8 are unrelated (docs/algorithms.md, "Errors that neighbours share"): the mean
+/// of a patch of twice that, four cells by four, is as far off as a pixel; that of more cells less.
+constexpr double kSlowCells = 16.0;
+
+/// One sigma of a cell's mean over that of its pixels, which err together in part. Were it 1, boxes of 5 cm at 3 m would be
+/// floor up to 36 mm (scripts/low-obstacles).
+constexpr double kOfCell = 0.6;
+
+/// Seen at a grazing angle, bias may be so many times what it is nearer by: it is told as a length, but that of triangulating sensors grows with the
+/// squared distance, and what bends the picture's corners with it.
+constexpr double kGrazingErrors = 2.0;
+
+/// A group is floor when so much of it is: what stands on the floor has rims that are as low as it.
+constexpr double kMostOfGroup = 0.75;
+
+/// The floor about a cell is that of the cells so far to all sides: as far as errors of neighbours reach, and once more.
+constexpr int kAround = CellImage::kBorder;
+
+/// One side of the support: what is above it, or below.
+template <class Raw>
+class Leveller {
+ public:
+  Leveller(const DepthRows<Raw>& rows, const Segmentation& segmentation, const std::vector<int>& carriers, const Plane& support,
+           const FloorError& error, double sigmas, DepthRowBuffer& buffer, BentFloor& work, Sides& sides, bool above)
+      : rows_(rows),
+        camera_(rows.camera()),
+        segmentation_(segmentation),
+        support_(support),
+        error_(error),
+        sigmas_(sigmas),
+        buffer_(buffer),
+        w_(work),
+        s_(sides),
+        cells_(sides.cells),
+        count_(above ? sides.above : sides.below),
+        q_(above ? sides.q : sides.q_below),
+        sign_(above ? 1.0 : -1.0) {
+    for (const int label : carriers) carries_[at(label)] = true;
+  }
+
+  void run() {
+    if (!find_low()) return;
+    keep_feet();
+    if (!want_floor()) return;
+    measure_floor();
+    for (int r = 0; r < cells_.rows; ++r) {
+      for (int i = cells_.index(r, 0); i < cells_.index(r, cells_.columns); ++i) {
+        if (w_.kind[at(i)] != kLow) continue;
+        find_group(i);
+        level_group();
+      }
+    }
+  }
+
+ private:
+  enum Kind : std::uint8_t { kNone, kHigh, kLow, kFoot, kGrouped, kJoined };
+
+  [[nodiscard]] Eigen::Vector3d point(int cell) const {
+    const double side = cells_.side;
+    const double u = (cells_.column(cell) + 0.5) * side - 0.5;
+    const double v = (cells_.row(cell) + 0.5) * side - 0.5;
+    const double z = 1.0 / static_cast<double>(q_[at(cell)]);
+    return {z * (u - camera_.cx) / camera_.fx, z * (v - camera_.cy) / camera_.fy, z};
+  }
+
+  /// What may be floor where it joins it.
+  [[nodiscard]] double limit_m(const Eigen::Vector3d& point) const {
+    return error_.most_m(point) * (error_.is_grazing(point) ? kGrazingErrors : 1.0);
+  }
+
+  /// Cells that may be floor; false without any.
+  bool find_low() {
+    w_.kind.assign(cells_.size(), kNone);
+    w_.height.resize(cells_.size());
+    bool any = false;
+    const int least = least_pixels(cells_.side);
+    for (int r = 0; r < cells_.rows; ++r) {
+      for (int i = cells_.index(r, 0); i < cells_.index(r, cells_.columns); ++i) {
+        if (count_[at(i)] < least) continue;
+        const Eigen::Vector3d p = point(i);
+        const double height = support_.signed_distance(p);
+        w_.height[at(i)] = static_cast<float>(height);
+        const bool low = std::abs(height) <= limit_m(p);
+        w_.kind[at(i)] = low ? kLow : kHigh;
+        any |= low;
+      }
+    }
+    return any;
+  }
+
+  /// How many cells what is upright takes to rise above what may be floor.
+  [[nodiscard]] int foot(int cell) const {
+    const Eigen::Vector3d p = point(cell);
+    const double per_cell = cells_.side * p.z() / std::max(camera_.fx, camera_.fy);
+    constexpr double kMost = 1000.0;
+    return 1 + static_cast<int>(std::min(kMost, std::ceil(limit_m(p) / per_cell)));
+  }
+
+  /// What is high has feet, which are as low as a floor.
+  void keep_feet() {
+    w_.queue.clear();
+    w_.steps.assign(cells_.size(), 0);
+    for (int r = 0; r < cells_.rows; ++r) {
+      for (int i = cells_.index(r, 0); i < cells_.index(r, cells_.columns); ++i) {
+        if (w_.kind[at(i)] == kHigh && is_strong(i)) w_.queue.push_back(i);
+      }
+    }
+    for (std::size_t head = 0; head < w_.queue.size(); ++head) {
+      const int cell = w_.queue[head];
+      const int steps = w_.steps[at(cell)] + 1;
+      for (const int next : {cell - cells_.stride, cell - 1, cell + 1, cell + cells_.stride}) {
+        if (w_.kind[at(next)] != kLow || steps > foot(next)) continue;
+        w_.kind[at(next)] = kFoot;
+        w_.steps[at(next)] = static_cast<std::uint16_t>(steps);
+        w_.queue.push_back(next);
+      }
+    }
+  }
+
+  /// Flying pixels and outliers make two cells.
+  [[nodiscard]] bool is_strong(int cell) const {
+    constexpr int kFewest = 3;
+    int high = 0;
+    for (int row = -1; row <= 1; ++row) {
+      for (int column = -1; column <= 1; ++column) high += w_.kind[at(cell + row * cells_.stride + column)] == kHigh ? 1 : 0;
+    }
+    return high >= kFewest;
+  }
+
+  bool want_floor() {
+    w_.wanted.assign(cells_.size(), 0);
+    bool any = false;
+    for (int r = 0; r < cells_.rows; ++r) {
+      for (int i = cells_.index(r, 0); i < cells_.index(r, cells_.columns); ++i) {
+        if (w_.kind[at(i)] != kLow) continue;
+        any = true;
+        for (int row = -kAround; row <= kAround; ++row) {
+          const auto first = w_.wanted.begin() + i + row * cells_.stride - kAround;
+          std::fill(first, first + 2 * kAround + 1, std::uint8_t{1});
+        }
+      }
+    }
+    return any;
+  }
+
+  /// The mean height of the pixels on the support in each cell that is wanted.
+  void measure_floor() {
+    w_.floor.assign(cells_.size(), 0.0F);
+    w_.is_floor.assign(cells_.size(), 0);
+    for (int r = 0; r < cells_.rows; ++r) {
+      const std::size_t first = at(cells_.index(r, 0));
+      const auto is_wanted = [&](int column) { return w_.wanted[first + at(column)] != 0 && s_.seen[first + at(column)] != 0; };
+      bool any = false;
+      for (int column = 0; column < cells_.columns; ++column) any |= is_wanted(column);
+      if (!any) continue;
+      w_.sums.assign(at(cells_.columns), 0.0);
+      w_.counts.assign(at(cells_.columns), 0);
+      for (int v = r * cells_.side; v < std::min((r + 1) * cells_.side, rows_.height()); ++v) {
+        const Raw* const raw = rows_.row(v, buffer_).kept;
+        const std::uint8_t* const labels = &segmentation_.labels[at(v) * rows_.width()];
+        for (int column = 0; column < cells_.columns; ++column) {
+          if (is_wanted(column)) add_pixels(raw, labels, v, column);
+        }
+      }
+      for (int column = 0; column < cells_.columns; ++column) {
+        const std::uint32_t count = w_.counts[at(column)];
+        if (count < at(least_pixels(cells_.side))) continue;
+        w_.floor[first + at(column)] = static_cast<float>(w_.sums[at(column)] / count);
+        w_.is_floor[first + at(column)] = 1;
+      }
+    }
+  }
+
+  void add_pixels(const Raw* raw, const std::uint8_t* labels, int v, int column) {
+    const double step = support_.normal.x() / camera_.fx;
+    const double base =
+        support_.normal.z() + support_.normal.y() * (v - camera_.cy) / camera_.fy - support_.normal.x() * camera_.cx / camera_.fx;
+    const int end = std::min((column + 1) * cells_.side, static_cast<int>(rows_.width()));
+    for (int u = column * cells_.side; u < end; ++u) {
+      if (!carries_[labels[u]] || raw[u] == Raw{0}) continue;
+      const auto z = static_cast<double>(static_cast<float>(raw[u]) * rows_.view().metres_per_unit());
+      w_.sums[at(column)] += z * (base + step * u) + support_.d;
+      ++w_.counts[at(column)];
+    }
+  }
+
+  /// Low cells that hang together.
+  void find_group(int start) {
+    w_.group.assign(1, start);
+    w_.kind[at(start)] = kGrouped;
+    for (std::size_t head = 0; head < w_.group.size(); ++head) {
+      const int cell = w_.group[head];
+      for (const int next : {cell - cells_.stride, cell - 1, cell + 1, cell + cells_.stride}) {
+        if (w_.kind[at(next)] != kLow) continue;
+        w_.kind[at(next)] = kGrouped;
+        w_.group.push_back(next);
+      }
+    }
+  }
+
+  /// Whether what is certainly no floor begins beside a group.
+  [[nodiscard]] bool touches_kept() const {
+    return std::any_of(w_.group.begin(), w_.group.end(), [&](std::int32_t cell) {
+      const auto is_kept = [&](int next) { return w_.kind[at(next)] == kHigh || w_.kind[at(next)] == kFoot; };
+      return is_kept(cell - cells_.stride) || is_kept(cell - 1) || is_kept(cell + 1) || is_kept(cell + cells_.stride);
+    });
+  }
+
+  /// The mean height of the floor about a cell; not a number where none is seen.
+  [[nodiscard]] double floor_about(int cell) const {
+    double sum = 0.0;
+    double count = 0.0;
+    for (int row = -kAround; row <= kAround; ++row) {
+      for (int i = cell + row * cells_.stride - kAround; i <= cell + row * cells_.stride + kAround; ++i) {
+        const double weight = w_.is_floor[at(i)];
+        sum += weight * static_cast<double>(w_.floor[at(i)]);
+        count += weight;
+      }
+    }
+    return sum / count;
+  }
+
+  /// Least steps that are none, as a share of a pixel's noise. Drops are much deeper than low boxes are high.
+  [[nodiscard]] double step_noise(bool grazing) const { return grazing || sign_ < 0.0 ? 1.0 : kOfCell; }
+
+  /// Lets the floor spread over a group, and takes it out if most of it is floor then.
+  void level_group() {
+    const auto size = static_cast<double>(w_.group.size());
+    const double shared = std::min(1.0, kSlowCells / size);  // of the slow noise, of a group's mean
+    std::sort(w_.group.begin(), w_.group.end());
+    std::size_t joined = 0;
+    bool met = false;
+    constexpr int kRounds = 16;
+    for (int round = 0; round < kRounds; ++round) {
+      const std::size_t before = joined;
+      for (const std::int32_t cell : w_.group) {
+        if (w_.kind[at(cell)] == kJoined) continue;
+        const double floor = floor_about(cell);
+        if (std::isnan(floor)) continue;
+        met = true;
+        const Eigen::Vector3d p = point(cell);
+        const double noise = std::hypot(error_.pixel_m(p), std::sqrt(shared) * error_.slow_m(p));
+        const double height = w_.height[at(cell)];
+        const bool grazing = error_.is_grazing(p);
+        const bool certain = grazing && std::abs(height) <= error_.most_m(p);
+        if (!certain && sign_ * (height - floor) > sigmas_ * step_noise(grazing) * noise) continue;
+        w_.kind[at(cell)] = kJoined;
+        w_.floor[at(cell)] = w_.height[at(cell)];
+        w_.is_floor[at(cell)] = 1;
+        ++joined;
+      }
+      if (joined == before) break;
+      std::reverse(w_.group.begin(), w_.group.end());
+    }
+    // Where no floor is near, nothing tells it from one.
+    const bool is_floor = (!met && !touches_kept()) || static_cast<double>(joined) >= kMostOfGroup * size;
+    for (const std::int32_t cell : w_.group) {
+      if (w_.kind[at(cell)] == kJoined && !is_floor) w_.is_floor[at(cell)] = 0;
+      if (!is_floor || (met && w_.kind[at(cell)] != kJoined)) continue;
+      count_[at(cell)] = 0;
+      q_[at(cell)] = 0.0F;
+      s_.seen[at(cell)] = 1;
+    }
+  }
+
+  const DepthRows<Raw>& rows_;
+  const Camera& camera_;
+  const Segmentation& segmentation_;
+  const Plane& support_;
+  const FloorError& error_;
+  double sigmas_;
+  DepthRowBuffer& buffer_;
+  BentFloor& w_;
+  Sides& s_;
+  const CellImage& cells_;
+  std::vector<std::uint16_t>& count_;
+  std::vector<float>& q_;
+  double sign_;
+  std::array<bool, 256> carries_{};  ///< By label.
+};
+
+}  // namespace
+
+template <class Raw>
+void remove_bent_floor(const DepthRows<Raw>& rows, const Segmentation& segmentation, const std::vector<int>& carriers,
+                       const Plane& support, const FloorError& error, double sigmas, DepthRowBuffer& buffer, BentFloor& work,
+                       Sides& sides) {
+  Leveller<Raw>(rows, segmentation, carriers, support, error, sigmas, buffer, work, sides, true).run();
+  if (sides.any_below) Leveller<Raw>(rows, segmentation, carriers, support, error, sigmas, buffer, work, sides, false).run();
+}
+
+template void remove_bent_floor(const DepthRows<std::uint16_t>&, const Segmentation&, const std::vector<int>&, const Plane&,
+                                const FloorError&, double, DepthRowBuffer&, BentFloor&, Sides&);
+template void remove_bent_floor(const DepthRows<float>&, const Segmentation&, const std::vector<int>&, const Plane&,
+                                const FloorError&, double, DepthRowBuffer&, BentFloor&, Sides&);
+
+}  // namespace fransac::obstacles
