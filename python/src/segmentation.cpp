@@ -250,9 +250,10 @@ nb::list list_of(const std::vector<Item>& items) {
 void bind_evidence(nb::module_& m) {
   nb::class_<PlaneEvidence>(m, "PlaneEvidence", "What cells saw of a plane when it judged it: what its confidence follows from.")
       .def_ro("share", &PlaneEvidence::share, "Of the measured pixels, 0 to 1.")
-      .def_ro("turn_rad", &PlaneEvidence::turn_rad,
-              "By how much the surface's normal turns from end to end, radians: with or without its border, which is blurred; the "
-              "lesser.")
+      .def_ro(
+          "turn_rad", &PlaneEvidence::turn_rad,
+          "By how much the surface's normal turns from end to end, radians: with or without its border, which is blurred; the "
+          "lesser.")
       .def_ro("turn_sigma_rad", &PlaneEvidence::turn_sigma_rad, "One sigma of turn_rad, radians.")
       .def_ro("smooth_border", &PlaneEvidence::smooth_border,
               "Share of the border beyond which the surface goes on smoothly, 0 to 1.");

@@ -17,8 +17,8 @@ constexpr double kSlowCells = 16.0;
 /// floor up to 36 mm (scripts/low-obstacles).
 constexpr double kOfCell = 0.6;
 
-/// Seen at a grazing angle, bias may be so many times what it is nearer by: it is told as a length, but that of triangulating sensors grows with the
-/// squared distance, and what bends the picture's corners with it.
+/// Seen at a grazing angle, bias may be so many times what it is nearer by: it is told as a length, but that of triangulating
+/// sensors grows with the squared distance, and what bends the picture's corners with it.
 constexpr double kGrazingErrors = 2.0;
 
 /// A group is floor when so much of it is: what stands on the floor has rims that are as low as it.

@@ -88,7 +88,7 @@ struct Noise {
   double slow = 0.0;       ///< Slow noise: what many cells share, as a share of the pixel noise.
   double shared = 0.0;     ///< Variance of slow noise over that of a pixel, less what independent errors would show as well.
   double slope_rad = 0.0;  ///< A cell's direction differs from its neighbours' by this, over the frame, radians.
-  double near_m = 0.0;      ///< What of it is seen between neighbouring cells, and the step of depth, metres.
+  double near_m = 0.0;     ///< What of it is seen between neighbouring cells, and the step of depth, metres.
   double bias_m = 0.0;     ///< How far a plane may be bent or shifted, metres.
 };
 
