@@ -652,7 +652,7 @@ Sampling sampling_of(const Camera& camera) {
 }
 
 bool make_finer(const Noise& noise, Sampling& sampling) {
-  if (sampling.merged > 1 || sampling.copies == kMostCopies || !(noise.slope_rad * noise.shown < kC.fine_slope)) return false;
+  if (sampling.merged > 1 || sampling.copies > kMostCopies || !(noise.slope_rad * noise.shown < kC.fine_slope)) return false;
   sampling.copies *= 2;
   return true;
 }
