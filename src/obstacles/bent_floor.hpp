@@ -15,12 +15,12 @@ namespace fransac::obstacles {
 
 /// Memory of remove_bent_floor.
 struct BentFloor {
-  std::vector<std::uint8_t> kind;     ///< Per cell.
-  std::vector<float> height;          ///< Per cell: of what is above or below.
-  std::vector<float> floor;           ///< Per cell: height of the floor in it, metres above the plane;
-  std::vector<std::uint8_t> is_floor; ///< where there is some.
-  std::vector<std::uint8_t> wanted;   ///< Cells whose floor is to be measured.
-  std::vector<std::uint16_t> steps;   ///< From the nearest high cell.
+  std::vector<std::uint8_t> kind;      ///< Per cell.
+  std::vector<float> height;           ///< Per cell: of what is above or below.
+  std::vector<float> floor;            ///< Per cell: height of the floor in it, metres above the plane;
+  std::vector<std::uint8_t> is_floor;  ///< where there is some.
+  std::vector<std::uint8_t> wanted;    ///< Cells whose floor is to be measured.
+  std::vector<std::uint16_t> steps;    ///< From the nearest high cell.
   std::vector<std::int32_t> queue;
   std::vector<std::int32_t> group;
   std::vector<double> sums;           ///< Of one row of cells: heights of pixels on the support, and

@@ -57,9 +57,10 @@ void choose_support(const Segmentation& segmentation, const ObstacleOptions& opt
     if (support.empty()) return;
     const PlaneSegment& first = segmentation.planes[at(support.front() - 1)];
     const FloorError error(segmentation, first, noise, options.height_sigmas);
-    support.erase(std::remove_if(support.begin() + 1, support.end(),
-                                 [&](int label) { return !is_on(first.plane, segmentation.planes[at(label - 1)], error, options); }),
-                  support.end());
+    support.erase(
+        std::remove_if(support.begin() + 1, support.end(),
+                       [&](int label) { return !is_on(first.plane, segmentation.planes[at(label - 1)], error, options); }),
+        support.end());
   };
   switch (choice.kind) {
     case SupportKind::automatic:
