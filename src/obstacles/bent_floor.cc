@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace fransac::obstacles {
 namespace {
@@ -107,6 +106,15 @@ class Leveller {
     return 1 + static_cast<int>(std::min(kMost, std::ceil(limit_m(p) / per_cell)));
   }
 
+  /// Whether two neighbouring cells can be of one upright surface, up to 60 degrees to the ray: not what is seen behind it.
+  [[nodiscard]] bool stands_under(int low, int cell) const {
+    constexpr double kSteepest = 1.73;
+    const Eigen::Vector3d p = point(low);
+    const double slant = std::abs(support_.normal.dot(p)) / p.z();
+    const double per_cell = cells_.side * p.z() / std::min(camera_.fx, camera_.fy);
+    return slant * std::abs(p.z() - point(cell).z()) <= slant * kSteepest * per_cell + sigmas_ * error_.pixel_m(p);
+  }
+
   /// What is high has feet, which are as low as a floor.
   void keep_feet() {
     w_.queue.clear();
@@ -120,7 +128,7 @@ class Leveller {
       const int cell = w_.queue[head];
       const int steps = w_.steps[at(cell)] + 1;
       for (const int next : {cell - cells_.stride, cell - 1, cell + 1, cell + cells_.stride}) {
-        if (w_.kind[at(next)] != kLow || steps > foot(next)) continue;
+        if (w_.kind[at(next)] != kLow || steps > foot(next) || !stands_under(next, cell)) continue;
         w_.kind[at(next)] = kFoot;
         w_.steps[at(next)] = static_cast<std::uint16_t>(steps);
         w_.queue.push_back(next);

@@ -48,7 +48,8 @@ struct ObstacleOptions {
   SupportChoice support{};  ///< The plane that obstacles are above or below.
   /// Pixels above the support by more than this many sigmas of their height, and
   double height_sigmas = 4.0;
-  /// by more than this are on obstacles: what floors and tables are uneven by.
+  /// by more than this are on obstacles: what floors and tables are uneven by. Slow noise and bias (Segmentation) count as well,
+  /// where what they lift joins the support without a step or is seen at less than ten degrees.
   double least_height_m = 0.005;
   /// Pixels below it by more than the sigmas and this are in drops.
   double least_drop_m = 0.03;
