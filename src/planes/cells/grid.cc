@@ -329,11 +329,23 @@ bool drop_filled(double step_m, const DepthNoise& shown, GridBuffers& buffers, G
   return any;
 }
 
+/// What the quantile of cells' rms residuals is short of a pixel's sigma by. That of few pixels, less three degrees of freedom,
+/// lies lower: the 30 % quantiles of chi squared with 61, 13 and 1 of them are 54.7, 9.93 and 0.148.
+double gain_of_cells(const Grid& grid) {
+  const double of_64 = std::sqrt(54.7 / 64.0);
+  switch (grid.sampling.copies) {
+    case 1: return kC.noise_gain;
+    case 2: return kC.noise_gain * of_64 / std::sqrt(9.93 / 16.0);
+    default: return kC.noise_gain * of_64 / std::sqrt(0.148 / 4.0);
+  }
+}
+
 /// Pixel noise by depth from the cells' residuals, sigma_z^2 = a^2 + (b z^2)^2: what is constant in depth, as of time of flight,
 /// and what is constant in inverse depth, as of triangulation. From the 30 % quantile of each half octave of depth, so that
 /// clutter in a cell does not count; of laws that meet at some distance the one with the smallest mean of |log ratio|, with their
 /// median as its scale, so that a depth with nothing but clutter, or with what a camera made up, does not either.
 DepthNoise measure_pixel_noise(const GridBuffers& buffers, const Grid& grid) {
+  const double gain = gain_of_cells(grid);
   constexpr int kOctaveBits = 22;  // two bins an octave
   constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0.0156F) >> kOctaveBits;
   constexpr std::size_t kBins = 28;
@@ -364,7 +376,7 @@ DepthNoise measure_pixel_noise(const GridBuffers& buffers, const Grid& grid) {
   double all = 0.0;
   for (std::size_t b = 0; b < kBins; ++b) {
     if (cells[b] < std::min(kFewest, most)) continue;
-    const double sigma = kC.noise_gain * std::sqrt(std::max(of_bin[b].quantile(kC.noise_quantile), 1e-16));
+    const double sigma = gain * std::sqrt(std::max(of_bin[b].quantile(kC.noise_quantile), 1e-16));
     samples[count++] = {std::pow(sum_q[b] / cells[b], 2), sigma, cells[b]};
     all += cells[b];
   }
@@ -445,7 +457,8 @@ void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& show
   }
   std::fill_n(least_residual.begin(), stride, 0.0F);
   std::fill_n(least_residual.end() - static_cast<std::ptrdiff_t>(stride), stride, 0.0F);
-  const auto gain = static_cast<float>(kC.noise_gain * kC.noise_gain);
+  const double rms_to_sigma = gain_of_cells(grid);
+  const auto gain = static_cast<float>(rms_to_sigma * rms_to_sigma);
   const NoiseOfInverse frame(shown);
   DepthNoise least_noise = known ? times(sensor.noise, 0.25) : DepthNoise{};
   least_noise.constant_m = std::max(least_noise.constant_m, step_m / std::sqrt(12.0));
@@ -463,7 +476,7 @@ void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& show
     const float near = gain * lesser(lesser(least[i - 1], least[i]), least[i + 1]);
     const float low = greater(kLeast, lowest.at(q[i]));
     const float usual = greater(low, lesser(frame.at(q[i]), highest.at(q[i])));
-    const float most = greater(doubled * usual, local.at(q[i]));
+    const float most = lesser(greater(doubled * usual, local.at(q[i])), greater(usual, highest.at(q[i])));
     sigma[i] = std::sqrt(greater(usual, lesser(near, most)));
   }
 }

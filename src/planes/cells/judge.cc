@@ -128,7 +128,8 @@ double Judge::smooth_border(const CellSet& set) const {
 
 CellSet Judge::erode(const CellSet& set) const {
   const std::size_t words = grid_.words;
-  b_.eroded.assign(set.rows() * words, 0);
+  b_.eroded.resize(at(grid_.rows) * words);  // of any set, so that it is not made larger set by set
+  std::fill_n(b_.eroded.begin(), set.rows() * words, std::uint64_t{0});
   constexpr int kLast = kernels::kWordBits - 1;
   for (std::size_t r = 1; r + 1 < set.rows(); ++r) {
     const std::uint64_t* const row = set.bits + r * words;

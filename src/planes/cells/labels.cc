@@ -358,9 +358,11 @@ void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Came
   find_range(buffers.cells, buffers.range);
   const RowLabeller<Raw> labeller(image, view, grid, regions, label_of_region, buffers.cells, buffers.range);
   const std::size_t tasks = cell_row_tasks(buffers.cells.rows);
+  constexpr std::size_t kUsualRegions = 256;  // more than nearly any frame has
   buffers.tasks.resize(std::max(buffers.tasks.size(), tasks));
   parallel_for(threads, tasks, [&](std::size_t i) {
     LabelPixelBuffers::Task& task = buffers.tasks[i];
+    task.planes.reserve(kUsualRegions);
     task.planes.assign(regions.list.size(), {});
     for_each_cell_row(i, buffers.cells.rows, [&](int row) { labeller.run(row, task, labels); });
   });
