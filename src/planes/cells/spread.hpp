@@ -32,7 +32,7 @@ struct CellSet {
   int top;
   int bottom;
 
-  [[nodiscard]] std::size_t rows() const { return static_cast<std::size_t>(bottom - top + 1); }
+  [[nodiscard]] std::size_t rows() const { return at(bottom - top + 1); }
 };
 
 /// Memory of Spread.
