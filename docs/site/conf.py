@@ -43,6 +43,7 @@ MODULES = {
     "obstacles": "Obstacles and maps of the ground",
     "track": "Tracking",
     "filter": "Filters: deprojection, pass-through, voxel grids, lenses",
+    "calibrate": "Calibration of sensors",
     "sac": "RANSAC",
     "eval": "Metrics",
     "synth": "Rendered scenes",

@@ -63,7 +63,13 @@ class Leveller {
   }
 
  private:
-  enum Kind : std::uint8_t { kNone, kHigh, kLow, kFoot, kGrouped, kJoined };
+  // What a cell is.
+  static constexpr std::uint8_t kNone = 0;
+  static constexpr std::uint8_t kHigh = 1;
+  static constexpr std::uint8_t kLow = 2;
+  static constexpr std::uint8_t kFoot = 3;
+  static constexpr std::uint8_t kGrouped = 4;
+  static constexpr std::uint8_t kJoined = 5;
 
   [[nodiscard]] Eigen::Vector3d point(int cell) const {
     const double side = cells_.side;
@@ -259,7 +265,7 @@ class Leveller {
         met = true;
         const Eigen::Vector3d p = point(cell);
         const double noise = std::hypot(error_.pixel_m(p), std::sqrt(shared) * error_.slow_m(p));
-        const double height = w_.height[at(cell)];
+        const auto height = static_cast<double>(w_.height[at(cell)]);
         const bool grazing = error_.is_grazing(p);
         const bool certain = grazing && std::abs(height) <= error_.most_m(p);
         if (!certain && sign_ * (height - floor) > sigmas_ * step_noise(grazing) * noise) continue;
