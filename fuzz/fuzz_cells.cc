@@ -29,7 +29,8 @@ void check(const Segmentation& s, const DepthView& depth) {
     for (int u = 0; u < depth.width(); ++u, ++i) {
       const std::uint8_t label = s.labels[i];
       ++pixels[label];
-      require((label == kLabelNoDepth) == (depth.metres(u, v) == 0.0F));
+      const bool saturated = depth.format() == DepthFormat::uint16 && s.saturated != 0 && depth.row_uint16(v)[u] == s.saturated;
+      require((label == kLabelNoDepth) == (saturated || depth.metres(u, v) == 0.0F));
       require(label == kLabelNoPlane || label <= s.planes.size());
       require((label == kLabelNoDepth || label == kLabelNoPlane) == std::isnan(s.residuals_m[i]));
     }
