@@ -189,18 +189,22 @@ void keep_every(ChangedFrame& frame, int n) {
   frame = std::move(result);
 }
 
+/// What 16 bits do not hold is missing, and so is what they hold to say that.
+void set_raw(ChangedFrame& frame, std::size_t i, double raw) {
+  if (raw < 1.0 || raw >= kSaturated) {
+    overwrite(frame, i, kMissing);
+  } else {
+    frame.depth[i] = static_cast<std::uint16_t>(raw);
+  }
+}
+
 /// Depth in steps, in the frame's own unit. What is rounded to nothing is missing. False where the unit is no finer.
 bool round_to(ChangedFrame& frame, double step_m) {
   const double step = step_m * frame.camera.depth_scale;  // raw units
   if (step < 1.5) return false;
   for (std::size_t i = 0; i < frame.depth.size(); ++i) {
     if (frame.depth[i] == kMissing) continue;
-    const double raw = std::round(std::round(frame.depth[i] / step) * step);
-    if (raw < 1.0 || raw >= kSaturated) {
-      overwrite(frame, i, kMissing);
-    } else {
-      frame.depth[i] = static_cast<std::uint16_t>(raw);
-    }
+    set_raw(frame, i, std::round(std::round(frame.depth[i] / step) * step));
   }
   return true;
 }
@@ -212,12 +216,7 @@ bool set_unit(ChangedFrame& frame, double depth_scale) {
   frame.camera.depth_scale = depth_scale;
   for (std::size_t i = 0; i < frame.depth.size(); ++i) {
     if (frame.depth[i] == kMissing) continue;
-    const double raw = std::round(frame.depth[i] * factor);
-    if (raw < 1.0 || raw >= kSaturated) {
-      overwrite(frame, i, kMissing);
-    } else {
-      frame.depth[i] = static_cast<std::uint16_t>(raw);
-    }
+    set_raw(frame, i, std::round(frame.depth[i] * factor));
   }
   return true;
 }
