@@ -174,7 +174,8 @@ TEST_F(Allocations, OfDepthFramesSeenBefore) {
 }
 
 TEST_F(Allocations, OfNewFramesOfTheSameSize) {
-  // A few buffers may grow with the number of leaves or regions; no more than that, and nothing by the pixel or by the hypothesis.
+  // A few buffers may grow with the number of leaves or regions; no more than that, and nothing by the pixel or by the
+  // hypothesis.
   const std::vector<synth::SynthFrame> frames = stream();
   for (const Method method : kMethods) {
     SegmentOptions options;
