@@ -267,6 +267,11 @@ std::size_t MomentsOfBatch(const CellRows<Raw>& rows, std::size_t first, std::si
       const std::uint64_t bits = MeasuredBits(rows, column);
       measured += hwy::PopCount(bits);
       SetPositions(bits, cell, batch);
+      if (bits == 0) {
+        for (auto* parts : {batch.q_parts, batch.uq_parts, batch.vq_parts, batch.residual_parts})
+          std::fill_n(parts[cell], 4, 0.0F);
+        continue;
+      }
       SumInverseDepths<false>(rows, column, units_per_metre, cell, batch);
     }
   }
@@ -274,7 +279,7 @@ std::size_t MomentsOfBatch(const CellRows<Raw>& rows, std::size_t first, std::si
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (batch.measured[cell] == kAll) {
       SumResiduals<true>(cell, batch);
-    } else {
+    } else if (batch.measured[cell] != 0) {
       SumResiduals<false>(cell, batch);
     }
   }

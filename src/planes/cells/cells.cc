@@ -20,6 +20,10 @@ namespace {
 
 constexpr const Constants& kC = kConstants;
 
+/// Finer cells whose means and slopes differ from their neighbours' by more than this many times the noise of a pixel show that
+/// it is more than they see: neighbouring pixels err alike.
+constexpr double kMostShown = 2.0;
+
 /// (alpha, beta, gamma) of q = alpha x + beta y + gamma, x and y on the camera's image plane at z = 1, and their covariance:
 /// of independent errors of the pixels, and of slow ones that cells near each other share.
 std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid) {
@@ -180,13 +184,18 @@ template <class Raw>
 Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& options, const AxisLimits* limits,
             const SensorModel& sensor, Buffers& b, StageClock& clock, Segmentation& result) {
   const DepthRows<Raw> rows(depth, camera, limits);
-  b.grid.sampling = sampling_of(camera);
   std::optional<ImageRows<Raw>> rows_of_cells;
-  for (bool again = false;; again = true) {
-    rows_of_cells.emplace(rows, b.grid.sampling.copies, b.grid.sampling.merged, options.threads, b.image);
+  const auto measure = [&](const Sampling& sampling) {
+    b.grid.sampling = sampling;
+    rows_of_cells.emplace(rows, sampling.copies, sampling.merged, options.threads, b.image);
     result.sampled_points =
         measure_cells(*rows_of_cells, depth, camera, sensor, options.sensor, options.threads, b.grid_buffers, b.grid);
-    if (again || !make_finer(b.grid.noise, b.grid.sampling)) break;
+  };
+  const Sampling usual = sampling_of(camera);
+  measure(usual);
+  if (const auto finer = finer_sampling(b.grid.noise, usual)) {
+    measure(*finer);
+    if (b.grid.noise.shown > kMostShown) measure(usual);
   }
   const ImageRows<Raw>& image = *rows_of_cells;
   result.valid_points = limits == nullptr ? result.sampled_points : 0;

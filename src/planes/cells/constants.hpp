@@ -14,7 +14,7 @@ namespace fransac::cells {
   /* Of the 64 pixels of a cell it needs half: with fewer, slopes are noise. */                                                  \
   X(least_measured, 32)                                                                                                         \
   /* Smaller cells where they know their direction, too: its noise, radians, times the noise from cell to cell. */               \
-  X(fine_slope, 0.05)                                                                                                           \
+  X(fine_slope, 0.1)                                                                                                           \
   /* Pixel noise: a quantile low enough to come from flat cells in a cluttered frame. */                                        \
   X(noise_quantile, 0.30)                                                                                                       \
   /* That quantile of a flat cell's rms to sigma: 1.1 to 1.3 on Kinect v1, RealSense and rendered frames. */                    \
@@ -67,11 +67,11 @@ inline constexpr Constants kConstants;
 
 /// Weights of the logistic regression that makes a plane's confidence, written by scripts/fit-confidence.
 struct Confidence {
-  double bias = 4.836;
-  double share = 0.902;
-  double turn = -0.797;
-  double turn_sigma = 0.277;
-  double smooth = -4.040;
+  double bias = 4.527;
+  double share = 0.835;
+  double turn = -0.902;
+  double turn_sigma = 0.306;
+  double smooth = -3.985;
 };
 inline constexpr Confidence kConfidence;
 

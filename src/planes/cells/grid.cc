@@ -278,6 +278,18 @@ void find_telling(double step_m, GridBuffers& buffers, const Grid& grid) {
   }
 }
 
+/// Whether all are multiples of a number that is not 0. Written so that compilers make vector code of it.
+bool are_multiples(const std::uint16_t* values, std::size_t count, unsigned of) {
+  if (of == 0) return false;
+  const float per_step = 1.0F / static_cast<float>(of);
+  std::int32_t rest = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::int32_t value = values[i];
+    rest |= value - static_cast<std::int32_t>(of) * static_cast<std::int32_t>(static_cast<float>(value) * per_step + 0.5F);
+  }
+  return rest == 0;
+}
+
 /// The step of the measured depths, metres: their greatest common divisor, which can be many raw units. 0 of floats.
 template <class Raw>
 double raw_step(const ImageRows<Raw>& image, const DepthView& view, const Grid& grid) {
@@ -288,6 +300,7 @@ double raw_step(const ImageRows<Raw>& image, const DepthView& view, const Grid& 
     const std::size_t width = at(view.width()) * at(grid.sampling.copies);
     for (int r = 0; r < grid.rows * grid.sampling.merged && common != 1; ++r) {
       const Raw* const row = image.cells(r).rows[0];
+      if (are_multiples(row, width, common)) continue;
       for (std::size_t u = 0; u < width && common != 1; ++u) common = std::gcd(common, static_cast<unsigned>(row[u]));
     }
     // A wall in one value only says nothing.
@@ -664,10 +677,10 @@ Sampling sampling_of(const Camera& camera) {
   return sampling;
 }
 
-bool make_finer(const Noise& noise, Sampling& sampling) {
-  if (sampling.merged > 1 || sampling.copies > kMostCopies || !(noise.slope_rad * noise.shown < kC.fine_slope)) return false;
-  sampling.copies *= 2;
-  return true;
+std::optional<Sampling> finer_sampling(const Noise& noise, const Sampling& sampling) {
+  const bool precise = noise.slope_rad * noise.shown < kC.fine_slope;
+  if (sampling.merged > 1 || sampling.copies > kMostCopies || !precise) return std::nullopt;
+  return Sampling{.copies = 2 * sampling.copies};
 }
 
 template <class Raw>

@@ -103,8 +103,8 @@ struct Sampling {
   bool operator==(const Sampling&) const = default;
 };
 Sampling sampling_of(const Camera& camera);
-/// Where depth is so precise that smaller cells know their direction well, too, makes them half as long, once. Else false.
-bool make_finer(const Noise& noise, Sampling& sampling);
+/// Cells half as long, where depth is so precise that those know their direction well, too.
+std::optional<Sampling> finer_sampling(const Noise& noise, const Sampling& sampling);
 
 /// All arrays have a border of one cell without measurements, so that every cell has neighbours.
 class Grid {

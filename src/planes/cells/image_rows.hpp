@@ -31,17 +31,17 @@ struct ImageRowsBuffers {
   }
 };
 
-/// Where each pixel row is: in the image itself where it can stay there, else in a copy, with every pixel `copies` times in both
-/// directions. Below the image are rows of zeros.
+/// Where each row of samples is: in the image itself where it can stay there, else in a copy with every pixel `copies` times side
+/// by side; rows of one pixel row are one. Below the image are rows of zeros.
 template <class Raw>
 class ImageRows {
  public:
   /// `multiple` rows of cells belong together; there are whole ones of those.
   ImageRows(const DepthRows<Raw>& rows, int copies, int multiple, int threads, ImageRowsBuffers& buffers) : rows_(buffers.rows) {
     const auto repeat = static_cast<std::size_t>(copies);
-    const std::size_t height = static_cast<std::size_t>(rows.height()) * repeat;
+    const auto height = static_cast<std::size_t>(rows.height());
     const std::size_t together = static_cast<std::size_t>(multiple) * kernels::kCell;
-    const std::size_t cell_rows = (height + together - 1) / together * static_cast<std::size_t>(multiple);
+    const std::size_t cell_rows = (height * repeat + together - 1) / together * static_cast<std::size_t>(multiple);
     const std::size_t block = std::max(together, kernels::kBlock);
     const std::size_t width = (rows.width() * repeat + block - 1) / block * block;
     const std::size_t copied = rows.stays_in_place() && repeat == 1 && width == rows.width() ? 0 : height;
@@ -54,18 +54,14 @@ class ImageRows {
       for (std::size_t v = 0; v < height; ++v) rows_[v] = rows.row(static_cast<int>(v), buffers.work.front()).kept;
       return;
     }
-    parallel_for(threads, cell_rows, [&](std::size_t r) {
-      DepthRowBuffer& buffer = buffers.work[r];
-      for (std::size_t v = r * kernels::kCell; v < std::min((r + 1) * kernels::kCell, height); ++v) {
-        const Raw* const kept = rows.row(static_cast<int>(v / repeat), buffer).kept;
+    const std::size_t rows_of_task = std::max<std::size_t>(1, kernels::kCell / repeat);
+    parallel_for(threads, (height + rows_of_task - 1) / rows_of_task, [&](std::size_t task) {
+      for (std::size_t v = task * rows_of_task; v < std::min((task + 1) * rows_of_task, height); ++v) {
+        const Raw* const kept = rows.row(static_cast<int>(v), buffers.work[task]).kept;
         Raw* const out = copy.data() + v * width;
-        if (repeat == 1) {
-          std::copy(kept, kept + rows.width(), out);
-        } else {
-          for (std::size_t u = 0; u < rows.width(); ++u) std::fill_n(out + u * repeat, repeat, kept[u]);
-        }
+        repeat_pixels(kept, rows.width(), repeat, out);
         std::fill(out + rows.width() * repeat, out + width, Raw{0});
-        rows_[v] = out;
+        std::fill_n(rows_.begin() + static_cast<std::ptrdiff_t>(v * repeat), repeat, out);
       }
     });
   }
@@ -80,6 +76,17 @@ class ImageRows {
   }
 
  private:
+  /// Compilers make vector code of the usual ones.
+  static void repeat_pixels(const Raw* pixels, std::size_t width, std::size_t repeat, Raw* out) {
+    if (repeat == 1) {
+      std::copy_n(pixels, width, out);
+    } else if (repeat == 2) {
+      for (std::size_t u = 0; u < width; ++u) out[2 * u] = out[2 * u + 1] = pixels[u];
+    } else {
+      for (std::size_t u = 0; u < width; ++u) std::fill_n(out + u * repeat, repeat, pixels[u]);
+    }
+  }
+
   std::vector<const void*>& rows_;
 };
 

@@ -165,6 +165,11 @@ struct Candidates {
       }
     }
   }
+  /// Whether they are a cell's as well, seen at a glance: true of most.
+  [[nodiscard]] bool are_all(const OwnerRange& range, int i) const {
+    const std::int16_t greatest = range.greatest[at(i)];
+    return count == 0 ? greatest == kNobody : count == 1 && greatest == regions[0] && range.least[at(i)] == greatest;
+  }
   [[nodiscard]] bool has(std::int16_t region) const {
     for (int k = 0; k < count; ++k) {
       if (regions[at(k)] == region) return true;
@@ -227,6 +232,7 @@ class RowLabeller {
     for (int first = 0, end = 1; first < cells_.columns; first = end++) {
       Candidates& next = candidates[1 - now];
       for (; end < cells_.columns; ++end) {
+        if (candidates[now].are_all(range_, cells_.index(row, end))) continue;
         next.set(cells_.owner, range_, cells_.index(row, end), cells_.stride);
         if (!(next == candidates[now])) break;
       }

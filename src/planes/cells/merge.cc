@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "planes/cells/merge.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "planes/cells/constants.hpp"
 #include "planes/cells/judge.hpp"
@@ -34,11 +36,12 @@ class Merger {
     make_pairs();
     measure_borders();
     for (MergeBuffers::Pair& pair : b_.pairs) judge(pair);
+    b_.nearest.assign(at(count()), 0);
+    for (int i = 0; i < count(); ++i) find_nearest(i);
     merge_all();
     for (std::int16_t& owner : regions_.owner) {
       if (owner != kNobody) owner = b_.alive[at(root(b_.rank[at(owner)]))];
     }
-    release_cells(regions_);
   }
 
  private:
@@ -65,21 +68,22 @@ class Merger {
 
   /// How regions meet.
   void measure_borders() {
+    const std::int16_t* const owner = regions_.owner.data();
     for (int r = 0; r < grid_.rows; ++r) {
       for (int c = 0; c < grid_.columns; ++c) {
         const int i = grid_.index(r, c);
-        if (regions_.owner[at(i)] == kNobody) continue;
-        const int mine = b_.rank[at(regions_.owner[at(i)])];
-        look_across(i, mine, grid_.columns - 1 - c, 0, grid_.is_smooth(r, c, 0));
-        look_across(i, mine, grid_.rows - 1 - r, 1, grid_.is_smooth(r, c, 1));
+        if (owner[i] == kNobody) continue;
+        if (owner[i + 1] != owner[i]) look_across(i, grid_.columns - 1 - c, 0, r, c);
+        if (owner[i + grid_.stride] != owner[i]) look_across(i, grid_.rows - 1 - r, 1, r, c);
       }
     }
   }
 
   /// The next region to the right (0) or below (1), past at most two cells of nobody: edges blur.
-  void look_across(int i, int mine, int room, int direction, bool linked) {
+  void look_across(int i, int room, int direction, int row, int column) {
     constexpr int kReach = 3;
     const int step = grid_.step(direction);
+    const int mine = b_.rank[at(regions_.owner[at(i)])];
     for (int k = 1; k <= std::min(kReach, room); ++k) {
       const int j = i + k * step;
       if (regions_.owner[at(j)] == kNobody) continue;
@@ -93,7 +97,7 @@ class Merger {
       border.jump += mine < other ? jump : -jump;
       border.variance += sigma * sigma;
       border.q4 += q * q * q * q;
-      if (k == 1 && linked) ++border.smooth;
+      if (k == 1 && grid_.is_smooth(row, column, direction)) ++border.smooth;
       return;
     }
   }
@@ -108,7 +112,7 @@ class Merger {
 
   /// Whether a step runs along a border: its mean jump is more than slow noise and bias make. One or two pairs say nothing.
   [[nodiscard]] bool is_step(const Border& border) const {
-    constexpr int kFewest = 3;
+    constexpr int kFewest = 6;
     if (border.length < kFewest || border.smooth > 0.5 * border.length) return false;
     const double mean = border.jump / border.length;
     const double noise = grid_.noise.slow;
@@ -133,18 +137,51 @@ class Merger {
     if (is_step(border)) return;
     const Region& large = a.cells >= b.cells ? a : b;
     const Region& small = a.cells >= b.cells ? b : a;
-    const bool meet = border.length >= std::min(3.0, 0.5 * std::sqrt(small.cells));
-    const double far = tolerance(p, kC.sigmas);
-    if (!meet && !predicts(large, small.fit, far)) return;
-    Moments sum = a.moments;
-    sum += b.moments;
-    const auto joint = fit(sum);
+    const bool meet = meets(p);
+    const double most = tolerance(p, meet ? kC.wide_sigmas : kC.sigmas);
+    if (!meet && !predicts(large, small.fit, most)) return;
+    const auto joint = joint_fit(p);
     if (!joint) return;
-    const double rise = (joint->mean_squared_residual * sum.n - a.fit.mean_squared_residual * a.moments.n -
+    const double rise = (joint->mean_squared_residual * (a.moments.n + b.moments.n) - a.fit.mean_squared_residual * a.moments.n -
                          b.fit.mean_squared_residual * b.moments.n) /
                         std::min(a.moments.n, b.moments.n);
-    const bool alike = meet ? rise <= tolerance(p, kC.wide_sigmas) : rise <= far && !is_seen_past(p, *joint);
-    if (alike) p.rise = static_cast<float>(rise);
+    if (rise <= most && !turns(a, b)) p.rise = static_cast<float>(rise);
+  }
+
+  /// Whether the normals of two regions differ by more than those of neighbouring cells of one surface may, for certain.
+  [[nodiscard]] bool turns(const Region& a, const Region& b) const {
+    const Eigen::Vector3d n = normal(a.fit.plane);
+    const Eigen::Vector3d m = normal(b.fit.plane);
+    const double angle = std::atan2(n.cross(m).norm(), n.dot(m));
+    constexpr double kSigmas = 2.0;
+    const double sigma = std::hypot(turn_sigma(a) / n.norm(), turn_sigma(b) / m.norm());
+    return angle - kSigmas * sigma > 0.25 * kC.most_turn;
+  }
+
+  /// Inverse depth's gradient along the axes of the camera: the normal over the plane's distance.
+  [[nodiscard]] Eigen::Vector3d normal(const InversePlane& plane) const {
+    const Camera& camera = grid_.camera;
+    return {plane.du * camera.fx, plane.dv * camera.fy, plane.at(camera.cx - 0.5 * grid_.width, camera.cy - 0.5 * grid_.height)};
+  }
+
+  /// One sigma of that across the direction in which the region is shortest.
+  [[nodiscard]] double turn_sigma(const Region& region) const {
+    const PlaneFit& f = region.fit;
+    const double least = 0.5 * (f.uu + f.vv) - std::hypot(0.5 * (f.uu - f.vv), f.uv);
+    const double variance = std::pow(grid_.noise.slow * region.sigma(), 2) * kC.slow_cells / std::max(region.cells, 1);
+    return std::sqrt(variance / least * grid_.camera.fx * grid_.camera.fy);
+  }
+
+  /// Whether two regions touch along a border that is long for the smaller one.
+  [[nodiscard]] bool meets(const Pair& p) const {
+    const int cells = std::min(region(p.a).cells, region(p.b).cells);
+    return p.border.length >= std::min(3.0, 0.5 * std::sqrt(cells));
+  }
+
+  [[nodiscard]] std::optional<PlaneFit> joint_fit(const Pair& p) const {
+    Moments sum = region(p.a).moments;
+    sum += region(p.b).moments;
+    return fit(sum);
   }
 
   /// Whether the large region's plane foretells the small one, as far as it can foretell anything there.
@@ -166,7 +203,8 @@ class Merger {
   }
 
   /// Whether the camera sees past the joint plane between the two regions: then there is a gap, and nothing that hides the plane.
-  [[nodiscard]] bool is_seen_past(const Pair& p, const PlaneFit& joint) const {
+  [[nodiscard]] bool is_seen_past(const Pair& p) const {
+    const PlaneFit joint = *joint_fit(p);  // judge() has seen that there is one
     const PlaneFit& a = region(p.a).fit;
     const PlaneFit& b = region(p.b).fit;
     const double u = b.u - a.u;
@@ -193,12 +231,29 @@ class Merger {
     return past > kC.seen_past * between;
   }
 
+  /// Of the pairs of a region with those of higher rank the one whose merging costs least.
+  void find_nearest(int a) {
+    int nearest = std::min(a + 1, count() - 1);
+    for (int b = nearest + 1; b < count(); ++b) {
+      if (pair(a, b).rise < pair(a, nearest).rise) nearest = b;
+    }
+    b_.nearest[at(a)] = static_cast<std::int16_t>(nearest);
+  }
+
   void merge_all() {
     for (;;) {
-      const auto best =
-          std::min_element(b_.pairs.begin(), b_.pairs.end(), [](const Pair& x, const Pair& y) { return x.rise < y.rise; });
-      if (best == b_.pairs.end() || best->rise == kApart) return;
-      merge(best->a, best->b);
+      Pair* best = nullptr;
+      for (int a = 0; a + 1 < count(); ++a) {
+        Pair& p = pair(a, b_.nearest[at(a)]);
+        if (best == nullptr || p.rise < best->rise) best = &p;
+      }
+      if (best == nullptr || best->rise == kApart) return;
+      if (meets(*best) || !is_seen_past(*best)) {
+        merge(best->a, best->b);
+      } else {
+        best->rise = kApart;
+        find_nearest(best->a);
+      }
     }
   }
 
@@ -224,6 +279,14 @@ class Merger {
       kept.border.jump += (a < other) == (b < other) ? gone.border.jump : -gone.border.jump;
       gone.rise = kApart;
       judge(kept);
+    }
+    for (int first = 0; first < b; ++first) {
+      std::int16_t& nearest = b_.nearest[at(first)];
+      if (first == a || nearest == a || nearest == b) {
+        find_nearest(first);
+      } else if (first < a && pair(first, a).rise < pair(first, nearest).rise) {
+        nearest = static_cast<std::int16_t>(a);
+      }
     }
   }
 
@@ -254,6 +317,17 @@ class Reassigner {
     make_sets();
     for (std::size_t g = 0; g < regions_.list.size(); ++g) {
       if (regions_.list[g].alive) fit_again(g);
+    }
+  }
+
+  /// The regions' sums that are not moments.
+  void sum_again() {
+    for (Region& region : regions_.list) region.variance = region.q4 = 0.0;
+    for (int r = 0; r < grid_.rows; ++r) {
+      for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
+        const std::int16_t owner = regions_.owner[at(i)];
+        if (owner != kNobody) regions_.list[at(owner)].add(grid_, i);
+      }
     }
   }
 
@@ -317,14 +391,6 @@ class Reassigner {
     const kernels::CellSetSums sums = kernels::sum_cells(grid_.arrays(grid_.index(top, 0)), cells, rows, words_, plane);
     region.moments = moments_of(sums, plane);
     region.cells = sums.cells;
-    region.variance = region.q4 = 0.0;
-    for (int r = top; r <= bottom; ++r) {
-      for (std::size_t w = 0; w < words_; ++w) {
-        for (std::uint64_t bits = set(g)[at(r) * words_ + w]; bits != 0; bits &= bits - 1) {
-          region.add(grid_, grid_.index(r, static_cast<int>(w) * kernels::kWordBits + std::countr_zero(bits)));
-        }
-      }
-    }
     if (const auto again = fit(region.moments)) {
       region.fit = *again;
       region.alive = true;
@@ -338,6 +404,13 @@ class Reassigner {
   std::size_t size_;
 };
 
+/// Cells of regions that are no more are nobody's.
+void release_cells(Regions& regions) {
+  for (std::int16_t& owner : regions.owner) {
+    if (owner != kNobody && !regions.list[at(owner)].alive) owner = kNobody;
+  }
+}
+
 }  // namespace
 
 void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
@@ -346,13 +419,15 @@ void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regio
   Reassigner reassigner(grid, buffers, regions);
   constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses; ++pass) reassigner.run();
-  release_cells(regions);
+  reassigner.sum_again();
 }
 
 void judge_regions(const Grid& grid, double min_confidence, const ReassignBuffers& reassigned, JudgeBuffers& buffers,
                    Regions& regions) {
   const Judge judge(grid, buffers);
-  const double measured = std::accumulate(grid.n.begin(), grid.n.end(), 0.0);
+  const auto measured =
+      static_cast<double>(std::accumulate(grid.n.begin(), grid.n.end(), std::uint64_t{0},
+                                          [](std::uint64_t sum, float n) { return sum + static_cast<std::uint32_t>(n); }));
   for (std::size_t g = 0; g < regions.list.size(); ++g) {
     Region& region = regions.list[g];
     if (!region.alive) continue;

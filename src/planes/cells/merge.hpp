@@ -26,9 +26,10 @@ struct MergeBuffers {
     Border border;
     float rise;  ///< Mean squared residual that merging would add to the smaller one; kApart where they stay apart.
   };
-  std::vector<std::int16_t> alive;  ///< Index into Regions::list.
-  std::vector<std::int16_t> rank;   ///< Index into `alive`.
-  std::vector<Pair> pairs;          ///< a < b, row by row of the upper triangle.
+  std::vector<std::int16_t> alive;    ///< Index into Regions::list.
+  std::vector<std::int16_t> rank;     ///< Index into `alive`.
+  std::vector<Pair> pairs;            ///< a < b, row by row of the upper triangle.
+  std::vector<std::int16_t> nearest;  ///< Per region: of higher rank, the one whose merging costs least.
   std::vector<std::int16_t> target;
 };
 

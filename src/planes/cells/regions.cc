@@ -33,6 +33,7 @@ class Grower {
       : grid_(grid), b_(buffers), regions_(regions), spread_(grid, buffers.spread), judge_(grid, judge) {
     regions.list.clear();
     regions.owner.assign(grid.size(), kNobody);
+    b_.tried.assign(grid.size(), 0);
     b_.weight.assign(grid.size() + Grid::kPadding, 0.0F);
     for (std::size_t i = 0; i < grid.size(); ++i) b_.weight[i] = static_cast<float>(grid.usable[i]);
   }
@@ -70,11 +71,12 @@ class Grower {
 
   void run(const SeedBlock& seed) {
     find_seeds(seed.block);
+    b_.tried.assign(grid_.size(), 0);
     for (const std::int32_t cell : b_.seeds) {
       if (regions_.list.size() == kMostRegions) return;
       const int row = cell / grid_.stride - 1;
       const int column = cell % grid_.stride - 1;
-      if (spread_.is_free(row, column)) grow(seed, row, column);
+      if (b_.tried[at(cell)] == 0 && spread_.is_free(row, column)) grow(seed, row, column);
     }
   }
 
@@ -146,27 +148,26 @@ class Grower {
     // A plane is trusted some way beyond the cells it goes through.
     for (double reach = 2.0;; reach *= 2.0) {
       const Spread::Window window = spread_.window(row, column, static_cast<int>(reach));
-      if (!spread(window)) return;
+      if (!spread(window)) return give_up();
       if (!spread_.touches(window)) break;
     }
-    if (cells_ < seed.least_members) return;
+    if (cells_ < seed.least_members) return give_up();
     finish(row, column, *plane, seed.least_members);
+  }
+
+  void give_up() {
+    spread_.for_each([&](int i) { b_.tried[at(i)] = 1; });
   }
 
   /// Spreads without a limit, and keeps what comes of it.
   void finish(int row, int column, PlaneFit plane, int least_members) {
-    // Anew with the last plane, so that what an early one took by mistake goes, until nothing changes, or twice.
-    const Spread::Window all = spread_.window(row, column, std::max(grid_.rows, grid_.columns));
-    constexpr int kAgain = 2;
-    for (int again = 0, before = -1; again < kAgain && cells_ != before; ++again) {
-      before = cells_;
-      const kernels::CellSetPlane reference = about(plane.plane, plane.u, plane.v);
-      spread_.run(row, column, reference, all);
-      const auto better = fit_set(reference);
-      if (!better) return;
-      plane = *better;
-    }
-    if (cells_ < least_members) return;
+    // Anew with the last plane, so that what an early one took by mistake goes.
+    const kernels::CellSetPlane reference = about(plane.plane, plane.u, plane.v);
+    spread_.run(row, column, reference, spread_.window(row, column, std::max(grid_.rows, grid_.columns)));
+    const auto better = fit_set(reference);
+    if (!better) return give_up();
+    plane = *better;
+    if (cells_ < least_members) return give_up();
     // Whether it is a plane or not, its cells have been looked at.
     spread_.claim();
     spread_.for_each([&](int i) { b_.weight[at(i)] = 0.0F; });
@@ -194,12 +195,6 @@ class Grower {
 };
 
 }  // namespace
-
-void release_cells(Regions& regions) {
-  for (std::int16_t& owner : regions.owner) {
-    if (owner != kNobody && !regions.list[at(owner)].alive) owner = kNobody;
-  }
-}
 
 void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers, JudgeBuffers& judge,
                   Regions& regions) {

@@ -49,13 +49,13 @@ struct Regions {
 };
 
 /// Makes cells of regions that are no longer alive nobody's.
-void release_cells(Regions& regions);
 
 /// Memory of grow_regions.
 struct RegionBuffers {
   SpreadBuffers spread;
-  AlignedVector<float> weight;    ///< 1 for usable cells that no flood has taken, else 0.
-  AlignedVector<float> flatness;  ///< Of the block about each cell.
+  AlignedVector<float> weight;        ///< 1 for usable cells that no flood has taken, else 0.
+  AlignedVector<std::uint8_t> tried;  ///< Cells that grew to no plane: they need not be seeds again.
+  AlignedVector<float> flatness;      ///< Of the block about each cell.
   std::vector<std::int32_t> candidates;
   std::vector<std::int32_t> first;  ///< Where the seeds of a rank start.
   std::vector<std::int32_t> seeds;  ///< Cells, the flattest first.
