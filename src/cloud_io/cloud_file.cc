@@ -42,8 +42,8 @@ Result<PointCloud> read_cloud(const std::filesystem::path& file) {
   return cloud_formats::decode_cloud(*bytes, file.string());
 }
 
-Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
-                   CloudEncoding encoding, std::span<const std::uint16_t> obstacles) {
+Result<std::string> encode_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
+                                 CloudEncoding encoding, std::span<const std::uint16_t> obstacles) {
   const std::string name = file.string();
   const std::string extension = lower_extension(file);
   if (extension != ".pcd" && extension != ".ply") {
@@ -58,12 +58,17 @@ Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, s
                  name + ": " + std::to_string(size) + " labels for " + std::to_string(cloud.size()) + " points"};
   }
   if (cloud.empty()) return Error{ErrorCode::no_data, name + ": the cloud to write has no points"};
-  return guarded(name, [&]() -> Status {
+  return guarded(name, [&]() -> Result<std::string> {
     const cloud_formats::LabelledCloud labelled{cloud, labels, obstacles};
-    const auto text = extension == ".ply" ? Result(cloud_formats::encode_ply(labelled, encoding))
-                                          : cloud_formats::encode_pcd(labelled, encoding, name);
-    return text ? write_file(file, std::string_view(*text)) : text.error();
+    if (extension == ".ply") return cloud_formats::encode_ply(labelled, encoding);
+    return cloud_formats::encode_pcd(labelled, encoding, name);
   });
+}
+
+Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
+                   CloudEncoding encoding, std::span<const std::uint16_t> obstacles) {
+  const Result<std::string> text = encode_cloud(file, cloud, labels, encoding, obstacles);
+  return text ? write_file(file, std::string_view(*text)) : text.error();
 }
 
 }  // namespace fransac::io

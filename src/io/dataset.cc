@@ -110,7 +110,8 @@ Result<DatasetJson> read_dataset_json(const fs::path& file) {
 Status describe(Dataset& dataset, std::initializer_list<fs::path> folders) {
   for (const fs::path& folder : folders) {
     if (!is_file(folder / "dataset.json")) continue;
-    Result<DatasetJson> json = read_dataset_json(folder / "dataset.json");
+    dataset.files.push_back(folder / "dataset.json");
+    Result<DatasetJson> json = read_dataset_json(dataset.files.back());
     if (!json) return json.error();
     dataset.truth = json->truth;
     dataset.sensor = std::move(json->sensor);
@@ -171,6 +172,9 @@ bool is_depth_of_its_folder(const TumEntry& entry) {
 }
 
 Status list_tum(const fs::path& folder, Dataset& dataset) {
+  for (const char* const name : {"depth.txt", "rgb.txt", "groundtruth.txt"}) {
+    if (is_file(folder / name)) dataset.files.push_back(folder / name);
+  }
   const Result<std::vector<TumEntry>> depth = read_tum_list(folder / "depth.txt");
   if (!depth) return depth.error();
   const Result<std::vector<TumEntry>> colour =

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <iterator>
 #include <string>
 #include <thread>
 
@@ -225,6 +226,153 @@ TEST(WriteFile, AWriteThatStopsHalfWayLeavesTheOldFileAndNoOther) {
   EXPECT_EQ(status.error().message, file.string() + ": File too large");
   EXPECT_EQ(read_text(file), "old");
   EXPECT_THAT(folder.names(), ElementsAre("file"));
+}
+
+TEST(WriteFile, MakesWhatALinkWithoutTargetLeadsTo) {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("target", folder / "link");
+  ASSERT_TRUE(write_file(folder / "link", std::string_view("new")).ok());
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_EQ(read_text(folder / "target"), "new");
+}
+
+TEST(WriteFile, NamesALinkThatLeadsInACircle) {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("b", folder / "a");
+  std::filesystem::create_symlink("a", folder / "b");
+  const Status status = write_file(folder / "a", std::string_view("text"));
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().message, (folder / "a").string() + ": Too many levels of symbolic links");
+}
+
+TEST(WriteFile, ALinkToAnOpenFileStaysALink) {
+  const TemporaryFolder folder;
+  const int descriptor = ::open((folder / "file").c_str(), O_WRONLY | O_CREAT, 0600);
+  ASSERT_GE(descriptor, 0);
+  const std::string name = "/proc/self/fd/" + std::to_string(descriptor);
+  std::filesystem::create_symlink(name, folder / "link");
+  EXPECT_TRUE(write_file(folder / "link", std::string_view("text")).ok());
+  ::close(descriptor);
+  const Status closed = write_file(folder / "link", std::string_view("more"));
+  EXPECT_EQ(read_text(folder / "file"), "text");
+  EXPECT_EQ(std::filesystem::read_symlink(folder / "link"), name);
+  ASSERT_FALSE(closed.ok());
+  EXPECT_EQ(closed.error().message, (folder / "link").string() + ": Bad file descriptor");
+}
+
+TEST(OutputFile, HasItsNameWhenItIsWhole) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("file", "old");
+  {
+    auto output = OutputFile::create(file);
+    ASSERT_TRUE(output.ok());
+    ASSERT_TRUE(output->write("one").ok());
+    ASSERT_TRUE(output->write("two").ok());
+    EXPECT_EQ(read_text(file), "old");
+    ASSERT_TRUE(output->commit().ok());
+    EXPECT_EQ(read_text(file), "onetwo");
+  }
+  EXPECT_THAT(folder.names(), ElementsAre("file"));
+}
+
+TEST(OutputFile, LeavesNothingWithoutACommit) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("file", "old");
+  {
+    auto output = OutputFile::create(file);
+    ASSERT_TRUE(output.ok());
+    ASSERT_TRUE(output->write("new").ok());
+    EXPECT_EQ(folder.names().size(), 2U);
+  }
+  EXPECT_THAT(folder.names(), ElementsAre("file"));
+  EXPECT_EQ(read_text(file), "old");
+}
+
+TEST(OutputFile, SeveralOfOneNameDoNotMeet) {
+  const TemporaryFolder folder;
+  std::vector<OutputFile> outputs;
+  for (const char* const text : {"first", "second", "third"}) {
+    auto output = OutputFile::create(folder / "file");
+    ASSERT_TRUE(output.ok());
+    ASSERT_TRUE(output->write(text).ok());
+    outputs.push_back(std::move(*output));
+  }
+  for (OutputFile& output : outputs) ASSERT_TRUE(output.commit().ok());
+  EXPECT_EQ(read_text(folder / "file"), "third");
+  EXPECT_THAT(folder.names(), ElementsAre("file"));
+}
+
+TEST(OutputFile, AFileThatNobodyElseMayReadStaysSoWhileItIsWritten) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("file", "old");
+  ASSERT_EQ(::chmod(file.c_str(), 0600), 0);
+  auto output = OutputFile::create(file);
+  ASSERT_TRUE(output.ok());
+  for (const std::string& name : folder.names()) {
+    struct stat info {};
+    ASSERT_EQ(::stat((folder / name).c_str(), &info), 0);
+    EXPECT_EQ(info.st_mode & 0077U, 0U) << name;
+  }
+}
+
+TEST(OutputFile, ALinkInThePlaceOfItsTemporaryIsNotFollowed) {
+  const TemporaryFolder folder;
+  std::string temporary;
+  {
+    auto output = OutputFile::create(folder / "file");
+    ASSERT_TRUE(output.ok());
+    temporary = folder.names().front();
+  }
+  const auto precious = folder.write("precious", "mine");
+  std::filesystem::create_symlink(precious, folder / temporary);
+  ASSERT_TRUE(write_file(folder / "file", std::string_view("text")).ok());
+  EXPECT_EQ(read_text(precious), "mine");
+  EXPECT_EQ(read_text(folder / "file"), "text");
+  EXPECT_FALSE(std::filesystem::is_symlink(folder / "file"));
+}
+
+TEST(OutputFolder, IsThereWhenAllIsInIt) {
+  const TemporaryFolder folder;
+  auto output = OutputFolder::create(folder / "out");
+  ASSERT_TRUE(output.ok());
+  ASSERT_TRUE(write_file(output->path() / "file", std::string_view("text")).ok());
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+  ASSERT_TRUE(output->commit().ok());
+  EXPECT_EQ(read_text(folder / "out/file"), "text");
+  EXPECT_THAT(folder.names(), ElementsAre("out"));
+}
+
+TEST(OutputFolder, FillsAnEmptyOneAndKeepsIt) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "out");
+  struct stat before {};
+  struct stat after {};
+  ASSERT_EQ(::stat((folder / "out").c_str(), &before), 0);
+  {
+    auto output = OutputFolder::create(folder / "out/");
+    ASSERT_TRUE(output.ok());
+    std::filesystem::create_directory(output->path() / "frame");
+    ASSERT_TRUE(write_file(output->path() / "frame/depth", std::string_view("text")).ok());
+    ASSERT_TRUE(output->commit().ok());
+  }
+  ASSERT_EQ(::stat((folder / "out").c_str(), &after), 0);
+  EXPECT_EQ(before.st_ino, after.st_ino);
+  EXPECT_EQ(read_text(folder / "out/frame/depth"), "text");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / "out"), {}), 1);
+}
+
+TEST(OutputFolder, LeavesNothingWithoutACommitAndRefusesAFullOne) {
+  const TemporaryFolder folder;
+  {
+    auto output = OutputFolder::create(folder / "out");
+    ASSERT_TRUE(output.ok());
+    ASSERT_TRUE(write_file(output->path() / "file", std::string_view("text")).ok());
+  }
+  EXPECT_THAT(folder.names(), IsEmpty());
+  folder.write("full/notes", "mine");
+  const auto output = OutputFolder::create(folder / "full");
+  ASSERT_FALSE(output.ok());
+  EXPECT_EQ(output.error().message, (folder / "full").string() + ": is not empty; choose a new folder");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 
 #include "fransac/core/point_cloud.hpp"
 #include "fransac/core/result.hpp"
@@ -31,5 +32,8 @@ Result<PointCloud> read_cloud(const std::filesystem::path& file);
 /// binary_compressed; no_data for a cloud without points.
 Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
                    CloudEncoding encoding = CloudEncoding::binary, std::span<const std::uint16_t> obstacles = {});
+/// The bytes that write_cloud writes, and its errors; `file` is only a name.
+Result<std::string> encode_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
+                                 CloudEncoding encoding = CloudEncoding::binary, std::span<const std::uint16_t> obstacles = {});
 
 }  // namespace fransac::io
