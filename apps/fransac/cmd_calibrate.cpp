@@ -26,19 +26,21 @@ struct CalibrateCommand {
   int max_frames = 100;
   std::string out;
   CalibrateOptions options;
+  RunFiles files;
 };
 
 /// A frame's name and content.
 using NamedFrame = std::pair<std::string, io::Frame>;
 
 /// At most `max_frames` of all inputs' frames, evenly spaced.
-std::vector<NamedFrame> load_frames(const CalibrateCommand& command) {
+std::vector<NamedFrame> load_frames(CalibrateCommand& command) {
   std::vector<std::pair<std::string, io::FrameFiles>> files;
   for (const std::string& name : command.inputs) {
-    const Input input = open_input(name, command.camera);
+    const Input input = open_input(name, command.camera, command.files);
     if (input.is_cloud()) throw UsageError(fmt::format("{}: is a point cloud; a sensor is calibrated from depth images", name));
     for (std::size_t i = 0; i < input.size(); ++i) files.emplace_back(input.name_of(i), input.frames[i]);
   }
+  command.files.writes_document("--out", command.out);
   const std::size_t count = std::min(files.size(), static_cast<std::size_t>(command.max_frames));
   std::vector<NamedFrame> frames;
   Progress progress(count);
@@ -85,8 +87,7 @@ std::string table_text(const SensorCalibration& found) {
                             1e3 * found.after.rms_m, 1e3 * found.after.most_m);
 }
 
-void run_calibrate(const CalibrateCommand& command) {
-  check_document("--out", command.out);
+void run_calibrate(CalibrateCommand& command) {
   const std::vector<NamedFrame> loaded = load_frames(command);
   std::vector<CalibrationFrame> frames;
   frames.reserve(loaded.size());

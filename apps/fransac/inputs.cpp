@@ -25,21 +25,28 @@ PointCloud load_cloud(const std::string& file) {
 
 }  // namespace
 
-Input open_input(const std::string& name, const CameraFile& camera_file) {
+Input open_input(const std::string& name, const CameraFile& camera_file, RunFiles& files) {
   Input input{name, unwrap(io::detect_kind(name)), {}};
-  if (input.is_cloud() && camera_file) throw UsageError(fmt::format("--camera: {} is a point cloud and needs no camera", name));
-  if (!input.is_cloud()) input.frames = unwrap(io::list_frames(name)).frames;
-  use_camera(camera_file, input.frames);
+  if (!input.is_cloud()) {
+    input.frames = open_frames(name, camera_file, files).frames;
+    return input;
+  }
+  if (camera_file) throw UsageError(fmt::format("--camera: {} is a point cloud and needs no camera", name));
+  files.reads(name);
   return input;
 }
 
-void use_camera(const CameraFile& camera, std::vector<io::FrameFiles>& frames) {
-  if (!camera) return;
+io::Dataset open_frames(const std::string& name, const CameraFile& camera, RunFiles& files) {
+  io::Dataset dataset = unwrap(io::list_frames(name));
+  files.reads(dataset);
+  if (!camera) return dataset;
   const std::optional<Camera> known = std::filesystem::exists(*camera) ? std::nullopt : io::tum_camera(camera->string());
-  for (io::FrameFiles& frame : frames) {
+  if (!known) files.reads(*camera);
+  for (io::FrameFiles& frame : dataset.frames) {
     frame.camera = known;
     frame.camera_file = known ? std::nullopt : camera;
   }
+  return dataset;
 }
 
 Content load(const Input& input, std::size_t i) {

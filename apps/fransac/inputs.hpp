@@ -11,6 +11,7 @@
 #include "fransac/core/point_cloud.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/planes/segment.hpp"
+#include "run_files.hpp"
 
 namespace fransac::cli {
 
@@ -32,10 +33,11 @@ struct Input {
 
 using Content = std::variant<io::Frame, PointCloud>;
 
-/// Throws Failure, as the other functions here; UsageError for a camera file with a cloud.
-Input open_input(const std::string& name, const CameraFile& camera_file = std::nullopt);
-/// Lets a camera chosen by the user, a file or a TUM name such as "freiburg1", stand for the frames' own.
-void use_camera(const CameraFile& camera, std::vector<io::FrameFiles>& frames);
+/// Notes the input's files in `files`. Throws Failure, as the other functions here; UsageError for a camera file with a cloud.
+Input open_input(const std::string& name, const CameraFile& camera_file, RunFiles& files);
+/// The frames of an input that is no cloud. A camera chosen by the user, a file or a TUM name such as "freiburg1", stands for
+/// their own.
+io::Dataset open_frames(const std::string& name, const CameraFile& camera, RunFiles& files);
 Content load(const Input& input, std::size_t i);
 /// Segments in the workspace's memory; `name` is the input's name for messages.
 void segment(const std::string& name, const Content& content, const SegmentOptions& options, Workspace& workspace,

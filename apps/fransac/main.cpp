@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <csignal>
 #include <exception>
 #include <new>
 #include <span>
@@ -17,6 +16,7 @@
 #include "fransac/version.hpp"
 #include "options.hpp"
 #include "output.hpp"
+#include "process.hpp"
 
 namespace fransac::cli {
 namespace {
@@ -113,6 +113,6 @@ int guarded_run(int argc, char** argv) {
 }  // namespace fransac::cli
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a failed write with a message, not a silent death
+  fransac::cli::prepare_process();
   return fransac::cli::guarded_run(argc, argv);
 }

@@ -20,6 +20,7 @@
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/options.hpp"
 #include "fransac/track/tracker.hpp"
+#include "run_files.hpp"
 
 namespace fransac::cli {
 
@@ -72,9 +73,9 @@ void add_output(CLI::App& app, const std::string& name, std::string& value, cons
 /// Adds an option for results as a document: a file, or '-' for standard output.
 void add_document(CLI::App& app, const std::string& name, std::string& value);
 
-/// Adds a flag for each option of `options`. With `several_methods`, "--method" takes a comma-separated list into it
-/// instead and `options.method` is left alone.
-void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods = nullptr);
+/// Adds a flag for each option of `options`; a sensor.json that is read is noted in `files`. With `several_methods`, "--method"
+/// takes a comma-separated list into it instead and `options.method` is left alone.
+void add_segment_options(CLI::App& app, SegmentOptions& options, RunFiles& files, std::vector<Method>* several_methods = nullptr);
 
 /// Whether obstacles are asked for, and how they are found.
 struct ObstacleRequest {
@@ -112,6 +113,7 @@ struct Runs {
   SegmentOptions options;                       ///< Of all methods; its own method means nothing.
   ObstacleRequest obstacles;
   HooverRequest hoover;
+  RunFiles files;
 
   [[nodiscard]] SegmentOptions options_of(Method method) const;
 };

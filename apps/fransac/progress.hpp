@@ -5,8 +5,9 @@
 #include <unistd.h>
 
 #include <cstddef>
-#include <cstdio>
 #include <string_view>
+
+#include "output.hpp"
 
 namespace fransac::cli {
 
@@ -23,12 +24,11 @@ class Progress {
     ++done_;
     if (!shown_) return;
     clear();
-    fmt::print(stderr, "[{}/{}] {}", done_, total_, what);
-    std::fflush(stderr);
+    write_stderr(fmt::format("[{}/{}] {}", done_, total_, what));
   }
   /// Wipes the line, before something else is printed.
   void clear() const {
-    if (shown_) std::fputs("\r\033[K", stderr);
+    if (shown_) write_stderr("\r\033[K");
   }
 
  private:
