@@ -203,7 +203,7 @@ Status list_kind(const fs::path& input, Dataset& dataset) {
     case InputKind::pcd:
     case InputKind::ply: break;
   }
-  return Error{ErrorCode::invalid_argument, input.string() + ": a point cloud, which has no depth frames"};
+  return file_error(ErrorCode::invalid_argument, input.native(), "a point cloud, which has no depth frames");
 }
 
 }  // namespace
@@ -216,7 +216,7 @@ Result<Dataset> list_frames(const fs::path& input) {
     dataset.kind = *kind;
     dataset.name = folder_name(*kind == InputKind::depth_png ? fs::absolute(input).parent_path() : input);
     if (const Status status = list_kind(input, dataset); !status) return status.error();
-    if (dataset.frames.empty()) return Error{ErrorCode::no_data, input.string() + ": holds no frame"};
+    if (dataset.frames.empty()) return file_error(ErrorCode::no_data, input.native(), "holds no frame");
     return dataset;
   });
 }

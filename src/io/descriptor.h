@@ -7,17 +7,16 @@
 
 #include <cerrno>
 #include <filesystem>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
-#include "fransac/core/result.hpp"
+#include "io/guard.h"
 
 namespace fransac::io {
 
 inline Error io_error(const std::filesystem::path& file, std::string_view what) {
-  return {ErrorCode::io, file.string() + ": " + std::string(what)};
+  return file_error(ErrorCode::io, file.native(), what);
 }
 
 inline Error errno_error(const std::filesystem::path& file, int number) {

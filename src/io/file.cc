@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "io/descriptor.h"
 #include "io/file_head.h"
@@ -51,27 +52,50 @@ Result<std::vector<std::byte>> read_all(const Descriptor& descriptor, const fs::
   }
 }
 
+/// Names of the process's own open files, which a user gives on purpose: standard input, a pipe of the shell.
+bool names_descriptor(const fs::path& file) {
+  const fs::path parent = file.parent_path();
+  return file == "/dev/stdin" || parent == "/dev/fd" || parent == "/proc/self/fd";
+}
+
+struct OpenInput {
+  Descriptor descriptor;
+  std::size_t size = 0;  ///< Bytes of a regular file; 0: not known.
+};
+
+/// A pipe or a device behind a name that a folder, a list or a link gives could wait or read for ever.
+Result<OpenInput> open_input(const fs::path& file) {
+  const bool any_kind = names_descriptor(file);
+  struct stat info {};
+  const auto check_kind = [&]() -> Status {
+    if (S_ISDIR(info.st_mode)) return errno_error(file, EISDIR);
+    return any_kind || S_ISREG(info.st_mode) ? Status() : io_error(file, "is not a regular file");
+  };
+  if (::stat(file.c_str(), &info) != 0) return errno_error(file, errno);
+  if (const Status status = check_kind(); !status) return status.error();  // opening alone can have effects
+  Descriptor descriptor = open_file(file, any_kind ? O_RDONLY : O_RDONLY | O_NONBLOCK);
+  if (!descriptor.valid() || ::fstat(descriptor.number(), &info) != 0) return errno_error(file, errno);
+  if (const Status status = check_kind(); !status) return status.error();
+  return OpenInput{std::move(descriptor), S_ISREG(info.st_mode) ? static_cast<std::size_t>(info.st_size) : 0};
+}
+
 }  // namespace
 
 Result<std::vector<std::byte>> read_file(const fs::path& file, std::size_t max_bytes) {
   return guarded(file.native(), [&]() -> Result<std::vector<std::byte>> {
-    const Descriptor descriptor = open_file(file, O_RDONLY);
-    if (!descriptor.valid()) return errno_error(file, errno);
-    struct stat info {};
-    if (::fstat(descriptor.number(), &info) != 0) return errno_error(file, errno);
-    if (S_ISDIR(info.st_mode)) return errno_error(file, EISDIR);
-    const std::size_t size = S_ISREG(info.st_mode) ? static_cast<std::size_t>(info.st_size) : 0;
-    if (size > max_bytes) return too_large(file, max_bytes);
-    return read_all(descriptor, file, size + 1, max_bytes);  // the one more meets the end without growing
+    const Result<OpenInput> input = open_input(file);
+    if (!input) return input.error();
+    if (input->size > max_bytes) return too_large(file, max_bytes);
+    return read_all(input->descriptor, file, input->size + 1, max_bytes);  // the one more meets the end without growing
   });
 }
 
 Result<std::vector<std::byte>> read_head(const fs::path& file, std::size_t max_bytes) {
   return guarded(file.native(), [&]() -> Result<std::vector<std::byte>> {
-    const Descriptor descriptor = open_file(file, O_RDONLY);
-    if (!descriptor.valid()) return errno_error(file, errno);
+    const Result<OpenInput> input = open_input(file);
+    if (!input) return input.error();
     std::vector<std::byte> bytes(max_bytes);
-    const Result<std::size_t> size = read_into(descriptor, file, bytes);
+    const Result<std::size_t> size = read_into(input->descriptor, file, bytes);
     if (!size) return size.error();
     bytes.resize(*size);
     return bytes;

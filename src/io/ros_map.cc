@@ -47,14 +47,14 @@ std::string digits(double number) {
 }
 
 /// A YAML scalar in single quotes, in which a quote is written twice and nothing else has a meaning.
-std::string quoted(const std::string& text) {
+std::string yaml_string(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result.append(c == '\'' ? 2 : 1, c);
   return result + "'";
 }
 
 std::string yaml(const std::string& image, const OccupancyGrid& grid) {
-  return "image: " + quoted(image) + "\nmode: trinary\nresolution: " + digits(grid.resolution_m) + "\norigin: [" +
+  return "image: " + yaml_string(image) + "\nmode: trinary\nresolution: " + digits(grid.resolution_m) + "\norigin: [" +
          digits(grid.origin_m.x()) + ", " + digits(grid.origin_m.y()) +
          ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
 }
@@ -65,10 +65,10 @@ fs::path with_suffix(fs::path base, const char* suffix) { return base += suffix;
 
 Result<RosMap> encode_ros_map(const fs::path& base, const OccupancyGrid& grid) {
   return guarded(base.native(), [&]() -> Result<RosMap> {
-    if (!base.has_filename()) return Error{ErrorCode::invalid_argument, base.string() + ": names no file"};
-    if (grid.width <= 0 || grid.height <= 0) return Error{ErrorCode::no_data, base.string() + ": the grid has no squares"};
+    if (!base.has_filename()) return file_error(ErrorCode::invalid_argument, base.native(), "names no file");
+    if (grid.width <= 0 || grid.height <= 0) return file_error(ErrorCode::no_data, base.native(), "the grid has no squares");
     if (grid.cells.size() != static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height)) {
-      return Error{ErrorCode::invalid_argument, base.string() + ": the grid's cells are not width x height"};
+      return file_error(ErrorCode::invalid_argument, base.native(), "the grid's cells are not width x height");
     }
     return RosMap{pgm(grid), yaml(with_suffix(base, ".pgm").filename().string(), grid)};
   });

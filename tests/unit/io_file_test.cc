@@ -8,6 +8,7 @@
 
 #include <array>
 #include <iterator>
+#include <limits>
 #include <string>
 #include <thread>
 
@@ -23,19 +24,21 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
+constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+
 TEST(ReadFile, GivesEveryByte) {
   const TemporaryFolder folder;
   for (const std::size_t size : {0U, 1U, 65535U, 65536U, 65537U, 300000U}) {
     std::string text(size, '\0');
     for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i * 7 % 251);
-    const auto bytes = read_file(folder.write("file", text));
+    const auto bytes = read_file(folder.write("file", text), kNoLimit);
     ASSERT_TRUE(bytes.ok());
     EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()), text);
   }
 }
 
 TEST(ReadFile, NamesTheFileThatIsMissing) {
-  const auto bytes = read_file("/nowhere/at/all");
+  const auto bytes = read_file("/nowhere/at/all", kNoLimit);
   ASSERT_FALSE(bytes.ok());
   EXPECT_EQ(bytes.error().code, ErrorCode::io);
   EXPECT_EQ(bytes.error().message, "/nowhere/at/all: No such file or directory");
@@ -43,7 +46,7 @@ TEST(ReadFile, NamesTheFileThatIsMissing) {
 
 TEST(ReadFile, RefusesAFolder) {
   const TemporaryFolder folder;
-  const auto bytes = read_file(folder.path());
+  const auto bytes = read_file(folder.path(), kNoLimit);
   ASSERT_FALSE(bytes.ok());
   EXPECT_EQ(bytes.error().message, folder.path().string() + ": Is a directory");
 }
@@ -57,22 +60,48 @@ TEST(ReadFile, RefusesMoreThanTheLimitAndAcceptsTheLimit) {
   EXPECT_THAT(bytes.error().message, HasSubstr(file.string() + ": larger than the limit of 4 bytes"));
 }
 
-TEST(ReadFile, EndsReadingAnEndlessDeviceAtTheLimit) {
-  const auto bytes = read_file("/dev/zero", 1000000);
-  ASSERT_FALSE(bytes.ok());
-  EXPECT_THAT(bytes.error().message, HasSubstr("larger than the limit"));
+TEST(ReadFile, RefusesWhatMayNeverEndBehindAName) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);  // nobody writes: opening it would wait
+  std::filesystem::create_symlink("/dev/zero", folder / "zero");
+  std::filesystem::create_symlink("/dev/stdin", folder / "stdin");
+  for (const char* const name : {"pipe", "zero"}) {
+    const auto bytes = read_file(folder / name, kNoLimit);
+    ASSERT_FALSE(bytes.ok());
+    EXPECT_EQ(bytes.error().message, (folder / name).string() + ": is not a regular file");
+  }
+  EXPECT_EQ(read_file("/dev/zero", kNoLimit).error().message, "/dev/zero: is not a regular file");
 }
 
-TEST(ReadFile, ReadsAPipeToItsEnd) {
-  const TemporaryFolder folder;
-  const auto pipe = folder / "pipe";
-  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+TEST(ReadFile, ReadsAnOpenPipeByItsNumberToItsEnd) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe(ends.data()), 0);
   const std::string text(200000, 'x');
-  std::thread writer([&] { std::ofstream(pipe) << text; });
-  const auto bytes = read_file(pipe);
+  std::thread writer([&] {
+    EXPECT_EQ(::write(ends[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
+    ::close(ends[1]);
+  });
+  const auto bytes = read_file("/dev/fd/" + std::to_string(ends[0]), kNoLimit);
   writer.join();
-  ASSERT_TRUE(bytes.ok());
+  ::close(ends[0]);
+  ASSERT_TRUE(bytes.ok()) << bytes.error().message;
   EXPECT_EQ(bytes->size(), text.size());
+}
+
+TEST(ReadFile, EndsReadingAnEndlessStreamAtTheLimit) {
+  const int zero = ::open("/dev/zero", O_RDONLY);
+  ASSERT_GE(zero, 0);
+  const auto bytes = read_file("/dev/fd/" + std::to_string(zero), 1000000);
+  ::close(zero);
+  ASSERT_FALSE(bytes.ok());
+  EXPECT_THAT(bytes.error().message, HasSubstr("larger than the limit of 1000000 bytes"));
+}
+
+TEST(ReadFile, ShowsANameOnOneLine) {
+  const auto bytes = read_file("/nowhere/a\nfransac: forged \x1b[31m" + std::string(5000, 'x'), kNoLimit);
+  ASSERT_FALSE(bytes.ok());
+  EXPECT_THAT(bytes.error().message, ::testing::StartsWith("/nowhere/a\\x0afransac: forged \\x1b[31m"));
+  EXPECT_LT(bytes.error().message.size(), 1200U);
 }
 
 TEST(WriteFile, WritesAndReplaces) {

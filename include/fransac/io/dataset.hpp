@@ -53,6 +53,7 @@ struct FrameFiles {
   std::optional<Camera> camera;                      ///< Known without a file (TUM).
   std::optional<double> timestamp_s;                 ///< Of a sequence.
   std::optional<int> floor;                          ///< The floor's label, where dataset.json tells it.
+  ReadLimits limits{};                               ///< Of its images.
 };
 
 /// The frames of an input; nothing is loaded yet.
