@@ -141,8 +141,8 @@ void run_bench(BenchCommand& command) {
   const Machine machine = this_machine();
   if (machine.build_type != "Release") log(fmt::format("note: this is a {} build; only Release is fast", machine.build_type));
   std::vector<Input> inputs;
-  for (const std::string& name : command.inputs) inputs.push_back(open_input(name, command.runs.camera, command.runs.files));
-  command.runs.files.writes_document("--json", command.json);
+  for (const std::string& name : command.inputs) inputs.push_back(open_input(name, command.runs.inputs));
+  command.runs.inputs.files.writes_document("--json", command.json);
   std::vector<BenchResult> results;
   for (const Input& input : inputs) {
     for (BenchResult& result : bench_input(command, input)) results.push_back(std::move(result));

@@ -122,8 +122,8 @@ void run_evaluate(EvaluateCommand& command) {
         open_dataset(name, command.runs, "a point cloud has no truth to compare with; evaluate takes frames with labels.png"));
     check_has_truth(name, datasets.back());
   }
-  command.runs.files.writes_document("--json", command.json);
-  command.runs.files.writes_document("--csv", command.csv);
+  command.runs.inputs.files.writes_document("--json", command.json);
+  command.runs.inputs.files.writes_document("--csv", command.csv);
   std::vector<Row> rows;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     evaluate_dataset(command.runs, command.datasets[i], datasets[i],

@@ -54,7 +54,7 @@ void check_report(ReportCommand& command) {
   check_options(command.runs.options);
   check_options(command.obstacles.options);
   check_options(command.track);
-  command.runs.files.writes_folder("--out", command.folder);
+  command.runs.inputs.files.writes_folder("--out", command.folder);
 }
 
 /// "sequence2-desk.html": whatever a folder's name is, this one is a link, and no other dataset's.
@@ -105,10 +105,10 @@ std::vector<io::Dataset> open_datasets(ReportCommand& command) {
   for (const std::string& name : command.datasets) {
     datasets.push_back(open_dataset(name, command.runs, "a point cloud has no frames to show; report takes depth frames"));
   }
-  command.runs.files.writes("--out", fs::path(command.folder) / kIndex);
+  command.runs.inputs.files.writes("--out", fs::path(command.folder) / kIndex);
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     if (!is_sequence(datasets[i].frames)) continue;
-    command.runs.files.writes("--out", fs::path(command.folder) / sequence_file(datasets[i], i + 1));
+    command.runs.inputs.files.writes("--out", fs::path(command.folder) / sequence_file(datasets[i], i + 1));
   }
   return datasets;
 }

@@ -19,6 +19,7 @@
 
 #include "commands.hpp"
 #include "errors.hpp"
+#include "fransac/core/printable.hpp"
 #include "fransac/filter/correct.hpp"
 #include "fransac/filter/deproject.hpp"
 #include "fransac/io/overlay.hpp"
@@ -57,7 +58,7 @@ constexpr auto kCloud = {".pcd", ".ply"};
 
 struct SegmentCommand {
   std::string input;
-  CameraFile camera;
+  InputOptions inputs;
   Output labels{"--labels", ".png", kPicture, {}};
   Output json{"--json", ".json", {}, {}};
   Output overlay{"--overlay", ".png", kPicture, {}};
@@ -67,7 +68,6 @@ struct SegmentCommand {
   SegmentOptions options;
   ObstacleRequest obstacles;
   GridRequest grid;
-  RunFiles files;
 
   [[nodiscard]] std::array<const Output*, 5> outputs() const { return {&labels, &obstacle_labels, &overlay, &cloud, &json}; }
   [[nodiscard]] bool asks_for_output() const {
@@ -107,17 +107,17 @@ void check_folder(const char* option, const std::string& folder, const Input& in
 /// Refuses outputs that could not be written, that would replace an input, or that would replace each other; before any
 /// work is done.
 void check_outputs(SegmentCommand& command, const Input& input) {
-  if (input.is_folder_of_frames() && command.grid.asked()) command.files.writes_folder("--grid-out", command.grid.base);
+  if (input.is_folder_of_frames() && command.grid.asked()) command.inputs.files.writes_folder("--grid-out", command.grid.base);
   for (std::size_t i = 0; i < input.size(); ++i) {
     if (input.is_folder_of_frames() && fs::path(input.frames[i].name).filename() != input.frames[i].name) {
-      throw Failure(fmt::format("{}: the frame name '{}' is no file name", input.name, input.frames[i].name));
+      throw Failure(fmt::format("{}: the frame name {} is no file name", input.name, quoted_text(input.frames[i].name)));
     }
-    if (command.grid.asked()) check_place(grid_base(command.grid, input, i), command.files);
+    if (command.grid.asked()) check_place(grid_base(command.grid, input, i), command.inputs.files);
   }
   for (const Output* output : command.outputs()) {
     if (!output->asked() || output->to_stdout()) continue;
-    if (input.is_folder_of_frames()) check_folder(output->option, output->path, input, command.files);
-    for (std::size_t i = 0; i < input.size(); ++i) command.files.writes(output->option, output_file(*output, input, i));
+    if (input.is_folder_of_frames()) check_folder(output->option, output->path, input, command.inputs.files);
+    for (std::size_t i = 0; i < input.size(); ++i) command.inputs.files.writes(output->option, output_file(*output, input, i));
   }
 }
 
@@ -179,7 +179,7 @@ io::ColourImage overlay_of(const SegmentCommand& command, const Input& input, st
     return picture_of(command, DepthView::from_float(metres.data(), cloud->width, cloud->height), found, nullptr);
   }
   std::optional<io::ColourImage> colour;
-  if (input.frames[i].colour) colour = unwrap(io::read_colour_image(*input.frames[i].colour));
+  if (input.frames[i].colour) colour = unwrap(io::read_colour_image(*input.frames[i].colour, input.limits));
   return picture_of(command, std::get<io::Frame>(content).view(), found, colour ? &*colour : nullptr);
 }
 
@@ -384,7 +384,8 @@ void add_planes(Table& table, const Input& input, std::size_t i, const Segmentat
 
 /// All of a frame's outputs or, when one fails, none.
 void write_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content, const Found& found) {
-  const auto& [segmentation, obstacles] = found;
+  const Segmentation& segmentation = found.segmentation;
+  const Obstacles& obstacles = found.obstacles;
   Outputs outputs;
   const auto write = [&](const Output& output, const auto& encode) {
     if (!output.asked()) return;
@@ -487,7 +488,7 @@ void run_segment(SegmentCommand& command) {
   check_options(command.options);
   check_options(command.obstacles.options);
   check_options(command.grid);
-  const Input input = open_input(command.input, command.camera, command.files);
+  const Input input = open_input(command.input, command.inputs);
   check_names(command, input);
   check_outputs(command, input);
 
@@ -507,7 +508,7 @@ Command add_segment(CLI::App& parent) {
                   "a 16-bit depth PNG (with camera.json beside it), a frame folder, a folder of frames, a TUM RGB-D sequence, a "
                   "PCD or PLY file")
       ->required();
-  add_camera(*app, command->camera);
+  add_input_options(*app, command->inputs);
   add_output(*app, "--labels", command->labels.path, "label image: 8-bit PNG, 0 no depth, 1, 2, ... planes, 255 on no plane",
              "FILE");
   add_output(*app, "--json", command->json.path, "planes, obstacles, evidence and timing; '-' is standard output", "FILE|-");
@@ -518,7 +519,7 @@ Command add_segment(CLI::App& parent) {
   add_output(*app, "--overlay", command->overlay.path, "picture of the planes, or of the obstacles: PNG", "FILE");
   add_output(*app, "--cloud", command->cloud.path,
              "coloured points with labels, and with --obstacles their numbers: .pcd or .ply", "FILE");
-  add_segment_options(*app, command->options, command->files);
+  add_segment_options(*app, command->options, command->inputs.files);
   add_obstacle_options(*app, command->obstacles,
                        "find what stands on or hangs above a plane, in depth images also what falls away from it");
   add_output(*app, "--obstacle-labels", command->obstacle_labels.path,

@@ -21,17 +21,15 @@
 #include "output.hpp"
 #include "process.hpp"
 #include "sequence.hpp"
-#include "statistics.hpp"
 
 namespace fransac::cli {
 namespace {
 
 struct TrackCommand {
   std::string input;
-  CameraFile camera;
+  InputOptions inputs;
   std::string json = "-";
   FollowRequest request;
-  RunFiles files;
 };
 
 /// Where JSON lines go: standard output, or a file that has its name only when it is whole.
@@ -128,11 +126,12 @@ void summarise(const FollowTotals& totals, bool warm_start) {
   std::string text = fmt::format(
       "{} frames in {:.2f} s, {:.1f} frames a second from end to end; medians of a frame: {:.2f} ms decoding, {:.2f} ms "
       "segmenting and tracking",
-      totals.followed(), 1e-3 * totals.total_ms, 1e3 * followed / totals.total_ms, median(totals.decode_ms),
-      median(totals.work_ms));
+      totals.followed(), 1e-3 * totals.total_ms, 1e3 * followed / totals.total_ms, totals.decode_ms.quantile(0.5),
+      totals.work_ms.quantile(0.5));
   if (warm_start) {
-    text += fmt::format("; segmenting alone: {:.2f} ms from cold ({} frames), {:.2f} ms with a warm start ({})",
-                        median(totals.cold_ms), totals.cold_ms.size(), median(totals.warm_ms), totals.warm_ms.size());
+    text +=
+        fmt::format("; segmenting alone: {:.2f} ms from cold ({} frames), {:.2f} ms with a warm start ({})",
+                    totals.cold_ms.quantile(0.5), totals.cold_ms.count(), totals.warm_ms.quantile(0.5), totals.warm_ms.count());
   }
   log(text + (totals.skipped > 0 ? fmt::format("; {} skipped", totals.skipped) : ""));
 }
@@ -163,18 +162,18 @@ void run_track(TrackCommand& command) {
     throw UsageError("--method: only cells gives the planes' covariances, which tracking needs");
   }
   if (!request.poses_file.empty()) {
-    command.files.reads(request.poses_file);
+    command.inputs.files.reads(request.poses_file);
     request.poses = unwrap(io::read_trajectory(request.poses_file));
   }
   if (command.input == "-") {
-    if (command.camera) throw UsageError("--camera: a stream says its camera in its first line");
-    command.files.writes_document("--json", command.json);
-    DepthStream stream(std::cin);
+    if (command.inputs.camera) throw UsageError("--camera: a stream says its camera in its first line");
+    command.inputs.files.writes_document("--json", command.json);
+    DepthStream stream(std::cin, command.inputs.limits());
     return track(command, stream);
   }
-  const Input input = open_input(command.input, command.camera, command.files);
+  const Input input = open_input(command.input, command.inputs);
   if (!input.is_folder_of_frames()) throw UsageError(fmt::format("{}: not a folder of frames or a TUM sequence", command.input));
-  command.files.writes_document("--json", command.json);
+  command.inputs.files.writes_document("--json", command.json);
   track(command, input.frames);
 }
 
@@ -192,7 +191,7 @@ Command add_track(CLI::App& parent) {
          "folder of frames, TUM RGB-D sequence, or '-': raw frames on standard input, after a line \"fransac-depth 1 WIDTH "
          "HEIGHT uint16|float32 METRES_PER_UNIT FX FY CX CY\", each a 64-bit timestamp and the rows, little-endian")
       ->required();
-  add_camera(*app, command->camera);
+  add_input_options(*app, command->inputs);
   app->add_option("--json", command->json, "where the lines go, '-' for standard output")
       ->type_name("FILE")
       ->capture_default_str();
@@ -202,7 +201,7 @@ Command add_track(CLI::App& parent) {
   app->add_flag("--warm-start", request.warm_start,
                 fmt::format("look for the last frame's planes first, but in every {}th frame: a little faster", kColdEvery));
   app->add_flag("--strict", request.strict, "stop at a frame that cannot be used instead of skipping it");
-  add_segment_options(*app, request.options, command->files);
+  add_segment_options(*app, request.options, command->inputs.files);
   add_track_options(*app, request.track);
   add_obstacle_options(*app, request.obstacles, "follow objects on the support, too, and list drops");
   return {app, [command] { run_track(*command); }};

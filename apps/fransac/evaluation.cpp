@@ -232,7 +232,7 @@ Row evaluate_frame(const Runs& runs, Method method, const std::string& dataset, 
 io::Dataset open_dataset(const std::string& name, Runs& runs, std::string_view no_clouds) {
   const io::InputKind kind = unwrap(io::detect_kind(name));
   if (kind == io::InputKind::pcd || kind == io::InputKind::ply) throw Failure(fmt::format("{}: {}", name, no_clouds));
-  return open_frames(name, runs.camera, runs.files);
+  return open_frames(name, runs.inputs);
 }
 
 io::Truth truth_of(const io::Dataset& dataset) {

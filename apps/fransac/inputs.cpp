@@ -12,9 +12,9 @@
 namespace fransac::cli {
 namespace {
 
-PointCloud load_cloud(const std::string& file) {
+PointCloud load_cloud(const std::string& file, [[maybe_unused]] const io::ReadLimits& limits) {
 #ifdef FRANSAC_HAS_CLOUD_IO
-  return unwrap(io::read_cloud(file));
+  return unwrap(io::read_cloud(file, limits));
 #else
   throw Failure(fmt::format(
       "{}: this fransac was built without support for point clouds: it needs PCL's io library (scripts/bootstrap cloud) and "
@@ -25,24 +25,27 @@ PointCloud load_cloud(const std::string& file) {
 
 }  // namespace
 
-Input open_input(const std::string& name, const CameraFile& camera_file, RunFiles& files) {
-  Input input{name, unwrap(io::detect_kind(name)), {}};
+Input open_input(const std::string& name, InputOptions& options) {
+  Input input{name, unwrap(io::detect_kind(name)), {}, options.limits()};
   if (!input.is_cloud()) {
-    input.frames = open_frames(name, camera_file, files).frames;
+    input.frames = open_frames(name, options).frames;
     return input;
   }
-  if (camera_file) throw UsageError(fmt::format("--camera: {} is a point cloud and needs no camera", name));
-  files.reads(name);
+  if (options.camera) throw UsageError(fmt::format("--camera: {} is a point cloud and needs no camera", name));
+  options.files.reads(name);
   return input;
 }
 
-io::Dataset open_frames(const std::string& name, const CameraFile& camera, RunFiles& files) {
+io::Dataset open_frames(const std::string& name, InputOptions& options) {
   io::Dataset dataset = unwrap(io::list_frames(name));
-  files.reads(dataset);
-  if (!camera) return dataset;
-  const std::optional<Camera> known = std::filesystem::exists(*camera) ? std::nullopt : io::tum_camera(camera->string());
-  if (!known) files.reads(*camera);
+  options.files.reads(dataset);
+  const auto& camera = options.camera;
+  const bool is_file = camera && std::filesystem::exists(*camera);
+  const std::optional<Camera> known = camera && !is_file ? io::tum_camera(camera->string()) : std::nullopt;
+  if (is_file) options.files.reads(*camera);
   for (io::FrameFiles& frame : dataset.frames) {
+    frame.limits = options.limits();
+    if (!camera) continue;
     frame.camera = known;
     frame.camera_file = known ? std::nullopt : camera;
   }
@@ -50,7 +53,7 @@ io::Dataset open_frames(const std::string& name, const CameraFile& camera, RunFi
 }
 
 Content load(const Input& input, std::size_t i) {
-  if (input.is_cloud()) return load_cloud(input.name);
+  if (input.is_cloud()) return load_cloud(input.name, input.limits);
   return unwrap(io::load_frame(input.frames[i]));
 }
 

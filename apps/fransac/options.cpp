@@ -341,11 +341,15 @@ void add_count(CLI::App& app, const std::string& name, int& value, int min, int 
   app.add_option_function<std::string>(name, set, fmt::format("{} [{}; default: {}]", help, expected, value))->type_name("N");
 }
 
-void add_camera(CLI::App& app, std::optional<std::filesystem::path>& camera) {
+void add_input_options(CLI::App& app, InputOptions& inputs) {
   CLI::Option* const option = app.add_option_function<std::string>(
-      "--camera", [&camera](const std::string& name) { camera = name; },
+      "--camera", [&inputs](const std::string& name) { inputs.camera = name; },
       "intrinsics instead of the frames' own: a camera.json, or freiburg1, freiburg2, freiburg3 of the TUM benchmark");
   offer_words(option->type_name("FILE|NAME"), {"freiburg1", "freiburg2", "freiburg3"});
+  add_count(
+      app, "--max-size", inputs.max_size, 1, std::numeric_limits<int>::max(),
+      fmt::format("largest image or cloud that is read, in pixels or points; compressed clouds may expand to {} bytes for each",
+                  io::ReadLimits{1}.max_decoded_bytes()));
 }
 
 void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help) {
@@ -422,8 +426,8 @@ SegmentOptions Runs::options_of(Method method) const {
 
 void add_runs(CLI::App& app, Runs& runs, int max_repeat, const std::string& repeat_help) {
   add_count(app, "--repeat", runs.repeat, 1, max_repeat, repeat_help);
-  add_camera(app, runs.camera);
-  add_segment_options(app, runs.options, runs.files, &runs.methods);
+  add_input_options(app, runs.inputs);
+  add_segment_options(app, runs.options, runs.inputs.files, &runs.methods);
 }
 
 void check_options(const SegmentOptions& options) { check_valid(options); }

@@ -10,11 +10,18 @@
 #include <system_error>
 
 #include "errors.hpp"
+#include "fransac/core/printable.hpp"
 #include "fransac/io/file.hpp"
 
 namespace fransac::cli {
 
 namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kLongestMessage = 4096;  // bytes
+constexpr std::size_t kLongestCell = 256;
+
+}  // namespace
 
 void write_stdout(std::string_view text) {
   errno = 0;
@@ -29,7 +36,8 @@ void write_stderr(std::string_view text) noexcept {
 
 void log(std::string_view text) noexcept {
   try {
-    write_stderr(fmt::format("fransac: {}\n", text));  // one piece: lines of several processes do not mix
+    // One line, and one piece: lines of several processes do not mix.
+    write_stderr(fmt::format("fransac: {}\n", printable(text, kLongestMessage)));
   } catch (...) {
     write_stderr("fransac: out of memory\n");
   }
@@ -59,6 +67,7 @@ Table::Table(std::vector<std::string> headings) {
 }
 
 void Table::add(std::vector<std::string> cells) {
+  for (std::string& cell : cells) cell = printable(cell, kLongestCell);
   cells.resize(left_.size());
   rows_.push_back(std::move(cells));
 }

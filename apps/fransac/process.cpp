@@ -75,7 +75,11 @@ InterruptGuard::InterruptGuard() {
   g_interrupted = false;
   g_notes_interrupts = true;
 }
-InterruptGuard::~InterruptGuard() { g_notes_interrupts = false; }
-bool InterruptGuard::interrupted() { return g_interrupted; }
+InterruptGuard::~InterruptGuard() { g_notes_interrupts = interrupted(); }  // the end that was asked for is on its way
+
+bool InterruptGuard::interrupted() {
+  sigset_t pending;  // sent, but not yet seen by the thread that waits
+  return g_interrupted || (::sigpending(&pending) == 0 && sigismember(&pending, SIGINT) == 1);
+}
 
 }  // namespace fransac::cli

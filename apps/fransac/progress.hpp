@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <string_view>
 
+#include "fransac/core/printable.hpp"
 #include "output.hpp"
 
 namespace fransac::cli {
@@ -24,7 +25,7 @@ class Progress {
     ++done_;
     if (!shown_) return;
     clear();
-    write_stderr(fmt::format("[{}/{}] {}", done_, total_, what));
+    write_stderr(fmt::format("[{}/{}] {}", done_, total_, printable(what, kLongestName)));
   }
   /// Wipes the line, before something else is printed.
   void clear() const {
@@ -32,6 +33,8 @@ class Progress {
   }
 
  private:
+  static constexpr std::size_t kLongestName = 60;  // bytes, of a line of a terminal
+
   std::size_t total_;
   std::size_t done_ = 0;
   bool shown_;
