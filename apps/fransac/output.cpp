@@ -2,7 +2,6 @@
 #include "output.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -11,12 +10,11 @@
 
 #include "errors.hpp"
 #include "fransac/core/printable.hpp"
-#include "fransac/io/file.hpp"
 
 namespace fransac::cli {
+namespace {
 
 namespace fs = std::filesystem;
-namespace {
 
 constexpr std::size_t kLongestMessage = 4096;  // bytes
 constexpr std::size_t kLongestCell = 256;

@@ -8,8 +8,9 @@
 
 namespace fransac {
 
-/// A name from outside on one line: bytes that are no printable UTF-8 (line ends, escape codes, marks that turn the direction of
-/// text) are written \xNN, and of a text of more than `max_bytes` the middle is left out ("…"). May throw std::bad_alloc.
+/// A name from outside on one line: of bytes that are no printable UTF-8 (line ends, escape codes, marks that turn the direction
+/// of text) the numbers are written, in C's hexadecimal way, and of a text of more than `max_bytes` the middle is left out ("…").
+/// May throw std::bad_alloc.
 std::string printable(std::string_view text, std::size_t max_bytes = 1024);
 /// A word of a file, the same in single quotes and short.
 std::string quoted_text(std::string_view text);

@@ -26,8 +26,8 @@ class OutputFile {
  public:
   /// Errors: io where the file cannot be made, or its old self not be written.
   static Result<OutputFile> create(const std::filesystem::path& file);
-  OutputFile(OutputFile&& other) noexcept;
-  OutputFile& operator=(OutputFile&& other) noexcept;
+  OutputFile(OutputFile&&) noexcept;
+  OutputFile& operator=(OutputFile&&) noexcept;
   ~OutputFile();
 
   /// Appends.
@@ -49,8 +49,8 @@ class OutputFolder {
  public:
   /// Errors: io where the folder is not empty, or cannot be made.
   static Result<OutputFolder> create(const std::filesystem::path& folder);
-  OutputFolder(OutputFolder&& other) noexcept;
-  OutputFolder& operator=(OutputFolder&& other) noexcept;
+  OutputFolder(OutputFolder&&) noexcept;
+  OutputFolder& operator=(OutputFolder&&) noexcept;
   ~OutputFolder();
 
   /// Where to write until commit().
