@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What commands leave on the disk when they are killed, interrupted, run twice at once or cannot say a word: files_test.py FRANSAC."""
+import fcntl
 import json
 import os
 import pathlib
@@ -12,6 +13,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import time
 import unittest
 
@@ -219,8 +221,13 @@ class Track(InFolder):
 
     def test_a_second_interrupt_ends_it_at_once(self):
         process = self.follow()
+        self.wait_for(lambda: self.temporaries()[0].read_bytes().count(b"\n") == 2)
+        process.stdin.write(frame_bytes(2)[:1000])  # once this is read, the reader waits for the rest
+        process.stdin.flush()
+        self.wait_for(lambda: struct.unpack("i", fcntl.ioctl(process.stdin, termios.FIONREAD, bytes(4))) == (0,))
         process.send_signal(signal.SIGINT)
-        time.sleep(0.2)  # two at once are one
+        status = pathlib.Path(f"/proc/{process.pid}/status")
+        self.wait_for(lambda: "ShdPnd:\t0000000000000000" in status.read_text())  # two at once would be one
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(timeout=100), -signal.SIGINT)
         self.finish(process)

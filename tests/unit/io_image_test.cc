@@ -234,8 +234,8 @@ TEST(Png, TheLimitIsOnPixels) {
   EXPECT_TRUE(decode_depth_png(png, "name.png", {200}).ok());
   expect_format_error(decode_depth_png(png, "name.png", {199}), "20x10 pixels: more than the limit of 199 (--max-size)");
   const Bytes jpeg = make_jpeg(20, 10);
-  EXPECT_TRUE(decode_colour_image(jpeg, "name.jpg", {200}).ok());
-  expect_format_error(decode_colour_image(jpeg, "name.jpg", {199}), "20x10 pixels: more than the limit of 199");
+  EXPECT_TRUE(decode_colour_image(jpeg, "name.png", {200}).ok());
+  expect_format_error(decode_colour_image(jpeg, "name.png", {199}), "20x10 pixels: more than the limit of 199");
 }
 
 TEST(Png, HugeSizesTakeNoMemory) {
