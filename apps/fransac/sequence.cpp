@@ -131,7 +131,7 @@ class Follower {
     if (!stopped && !source_.error().empty()) throw Failure(source_.error());
     if (!stopped && totals_.followed() == 0) throw Failure("no frame could be used");
     totals_.total_ms = milliseconds_since(start);
-    return std::move(totals_);
+    return totals_;
   }
 
  private:
