@@ -21,12 +21,13 @@ void check(const Result<Image>& image, int channels) {
 }
 
 template <class Image>
-void check_round_trip(const Result<Image>& image, Result<Image> (*decode)(std::span<const std::byte>, const std::string&)) {
+void check_round_trip(const Result<Image>& image,
+                      Result<Image> (*decode)(std::span<const std::byte>, const std::string&, const io::ReadLimits&)) {
   check(image, 1);
   if (!image || image->size() > 4096) return;
   const auto bytes = io::encode_png(*image);
   if (!bytes) __builtin_trap();
-  const auto again = decode(*bytes, "picture");
+  const auto again = decode(*bytes, "picture", {});
   if (!again || again->pixels != image->pixels) __builtin_trap();
 }
 

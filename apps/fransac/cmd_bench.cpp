@@ -136,13 +136,13 @@ std::string table_text(const Machine& machine, const SegmentOptions& options, co
                      results.front().repeat, table.text());
 }
 
-void run_bench(const BenchCommand& command) {
+void run_bench(BenchCommand& command) {
   check_options(command.runs.options);
-  check_document("--json", command.json);
   const Machine machine = this_machine();
   if (machine.build_type != "Release") log(fmt::format("note: this is a {} build; only Release is fast", machine.build_type));
   std::vector<Input> inputs;
-  for (const std::string& name : command.inputs) inputs.push_back(open_input(name, command.runs.camera));
+  for (const std::string& name : command.inputs) inputs.push_back(open_input(name, command.runs.inputs));
+  command.runs.inputs.files.writes_document("--json", command.json);
   std::vector<BenchResult> results;
   for (const Input& input : inputs) {
     for (BenchResult& result : bench_input(command, input)) results.push_back(std::move(result));

@@ -21,8 +21,8 @@ namespace fransac::cli {
 namespace {
 
 struct CalibrateCommand {
-  std::vector<std::string> inputs;
-  CameraFile camera;
+  std::vector<std::string> names;
+  InputOptions inputs;
   int max_frames = 100;
   std::string out;
   CalibrateOptions options;
@@ -32,13 +32,14 @@ struct CalibrateCommand {
 using NamedFrame = std::pair<std::string, io::Frame>;
 
 /// At most `max_frames` of all inputs' frames, evenly spaced.
-std::vector<NamedFrame> load_frames(const CalibrateCommand& command) {
+std::vector<NamedFrame> load_frames(CalibrateCommand& command) {
   std::vector<std::pair<std::string, io::FrameFiles>> files;
-  for (const std::string& name : command.inputs) {
-    const Input input = open_input(name, command.camera);
+  for (const std::string& name : command.names) {
+    const Input input = open_input(name, command.inputs);
     if (input.is_cloud()) throw UsageError(fmt::format("{}: is a point cloud; a sensor is calibrated from depth images", name));
     for (std::size_t i = 0; i < input.size(); ++i) files.emplace_back(input.name_of(i), input.frames[i]);
   }
+  command.inputs.files.writes_document("--out", command.out);
   const std::size_t count = std::min(files.size(), static_cast<std::size_t>(command.max_frames));
   std::vector<NamedFrame> frames;
   Progress progress(count);
@@ -85,8 +86,7 @@ std::string table_text(const SensorCalibration& found) {
                             1e3 * found.after.rms_m, 1e3 * found.after.most_m);
 }
 
-void run_calibrate(const CalibrateCommand& command) {
-  check_document("--out", command.out);
+void run_calibrate(CalibrateCommand& command) {
   const std::vector<NamedFrame> loaded = load_frames(command);
   std::vector<CalibrationFrame> frames;
   frames.reserve(loaded.size());
@@ -100,7 +100,7 @@ void run_calibrate(const CalibrateCommand& command) {
 Command add_calibrate(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("calibrate", "a sensor's noise, and the distortion that bends planes, from frames");
   auto command = std::make_shared<CalibrateCommand>();
-  app->add_option("FRAMES", command->inputs, "depth PNGs, folders of frames, TUM RGB-D sequences; of one camera")->required();
+  app->add_option("FRAMES", command->names, "depth PNGs, folders of frames, TUM RGB-D sequences; of one camera")->required();
   add_output(*app, "--out,--json", command->out, "the sensor.json to write; '-' is standard output, instead of the table",
              "FILE|-");
   CLI::Option* const kind = app->add_option_function<std::string>(
@@ -115,7 +115,7 @@ Command add_calibrate(CLI::App& parent) {
       fmt::format("how it measures; auto: what the law of its noise looks like [one of {}; default: auto]",
                   enum_list<SensorKind>()));
   offer_words(kind->type_name("NAME"), enum_words<SensorKind>());
-  add_camera(*app, command->camera);
+  add_input_options(*app, command->inputs);
   app->add_flag("--distortion,!--no-distortion", command->options.distortion,
                 "look for the distortion that bends planes [default: on]");
   add_count(*app, "--max-frames", command->max_frames, 1, 10000, "frames to use, evenly spaced");

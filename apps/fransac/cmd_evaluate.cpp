@@ -111,14 +111,10 @@ void check_evaluate(const EvaluateCommand& command) {
   check_named_once(command.datasets);
   check_options(command.runs.options);
   check_options(command.runs.obstacles.options);
-  if (!command.json.empty() && command.json == command.csv) {
-    throw UsageError(fmt::format("--json and --csv both name '{}'", command.json));
-  }
-  check_document("--json", command.json);
-  check_document("--csv", command.csv);
+  if (command.json == "-" && command.csv == "-") throw UsageError("--json and --csv both name standard output");
 }
 
-void run_evaluate(const EvaluateCommand& command) {
+void run_evaluate(EvaluateCommand& command) {
   check_evaluate(command);
   std::vector<io::Dataset> datasets;
   for (const std::string& name : command.datasets) {
@@ -126,6 +122,8 @@ void run_evaluate(const EvaluateCommand& command) {
         open_dataset(name, command.runs, "a point cloud has no truth to compare with; evaluate takes frames with labels.png"));
     check_has_truth(name, datasets.back());
   }
+  command.runs.inputs.files.writes_document("--json", command.json);
+  command.runs.inputs.files.writes_document("--csv", command.csv);
   std::vector<Row> rows;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     evaluate_dataset(command.runs, command.datasets[i], datasets[i],

@@ -15,7 +15,6 @@
 #include "errors.hpp"
 #include "evaluation.hpp"
 #include "fransac/io/dataset.hpp"
-#include "fransac/io/file.hpp"
 #include "machine.hpp"
 #include "options.hpp"
 #include "output.hpp"
@@ -50,17 +49,12 @@ struct Page {
   std::string html;
 };
 
-void check_page(const ReportCommand& command, const fs::path& name) {
-  if (fs::exists(command.folder)) check_output_file("--out", fs::path(command.folder) / name);
-}
-
-void check_report(const ReportCommand& command) {
+void check_report(ReportCommand& command) {
   check_named_once(command.datasets);
   check_options(command.runs.options);
   check_options(command.obstacles.options);
   check_options(command.track);
-  check_output_folder("--out", command.folder);
-  check_page(command, kIndex);
+  command.runs.inputs.files.writes_folder("--out", command.folder);
 }
 
 /// "sequence2-desk.html": whatever a folder's name is, this one is a link, and no other dataset's.
@@ -106,16 +100,20 @@ report::DatasetReport report_dataset(const ReportCommand& command, const std::st
   return result;
 }
 
-std::vector<io::Dataset> open_datasets(const ReportCommand& command) {
+std::vector<io::Dataset> open_datasets(ReportCommand& command) {
   std::vector<io::Dataset> datasets;
   for (const std::string& name : command.datasets) {
     datasets.push_back(open_dataset(name, command.runs, "a point cloud has no frames to show; report takes depth frames"));
-    if (is_sequence(datasets.back().frames)) check_page(command, sequence_file(datasets.back(), datasets.size()));
+  }
+  command.runs.inputs.files.writes("--out", fs::path(command.folder) / kIndex);
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    if (!is_sequence(datasets[i].frames)) continue;
+    command.runs.inputs.files.writes("--out", fs::path(command.folder) / sequence_file(datasets[i], i + 1));
   }
   return datasets;
 }
 
-void run_report(const ReportCommand& command) {
+void run_report(ReportCommand& command) {
   check_report(command);
   std::vector<io::Dataset> datasets = open_datasets(command);
   report::Report report{this_machine(), command.runs, static_cast<std::size_t>(command.pictures), {}};
@@ -128,10 +126,10 @@ void run_report(const ReportCommand& command) {
     report.datasets.back().sequence = std::move(sequence);
   }
   pages.push_back({kIndex, report::page(report)});
-  Unfinished output;
-  output.make_folder(command.folder);
-  for (const Page& page : pages) check(io::write_file(output.add(command.folder / page.file), page.html));
-  output.finish();
+  Outputs outputs;
+  outputs.make_folder(command.folder);
+  for (const Page& page : pages) outputs.write(command.folder / page.file, page.html);
+  outputs.commit();
 }
 
 }  // namespace

@@ -13,16 +13,15 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "commands.hpp"
 #include "errors.hpp"
+#include "fransac/core/printable.hpp"
 #include "fransac/filter/correct.hpp"
 #include "fransac/filter/deproject.hpp"
-#include "fransac/io/file.hpp"
 #include "fransac/io/overlay.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/outline.hpp"
@@ -59,7 +58,7 @@ constexpr auto kCloud = {".pcd", ".ply"};
 
 struct SegmentCommand {
   std::string input;
-  CameraFile camera;
+  InputOptions inputs;
   Output labels{"--labels", ".png", kPicture, {}};
   Output json{"--json", ".json", {}, {}};
   Output overlay{"--overlay", ".png", kPicture, {}};
@@ -93,52 +92,32 @@ fs::path output_file(const Output& output, const Input& input, std::size_t i) {
   return input.is_folder_of_frames() ? fs::path(output.path) / (input.frames[i].name + output.extension) : fs::path(output.path);
 }
 
-/// The files that a frame or cloud is read from.
-std::vector<fs::path> files_of(const Input& input, std::size_t i) {
-  if (input.is_cloud()) return {input.name};
-  const io::FrameFiles& frame = input.frames[i];
-  std::vector<fs::path> files{frame.depth};
-  for (const auto& file : {frame.colour, frame.labels, frame.truth, frame.camera_file}) {
-    if (file) files.push_back(*file);
-  }
-  return files;
+/// Of a folder of frames each frame's name, in the folder that an option names.
+fs::path grid_base(const GridRequest& request, const Input& input, std::size_t i) {
+  return input.is_folder_of_frames() ? fs::path(request.base) / input.frames[i].name : fs::path(request.base);
 }
 
-bool same_file(const fs::path& a, const fs::path& b) {
-  std::error_code error;
-  return fs::equivalent(a, b, error) && !error;
-}
-
-void check_place(const Output& output, const Input& input) {
-  if (!input.is_folder_of_frames()) return check_output_file(output.option, output.path);
-  if (has_extension(output.path, {".png", ".json", ".ply", ".pcd"}) && !fs::is_directory(output.path)) {
-    throw UsageError(fmt::format("{}: {} holds several frames, so this names a folder, not a file", output.option, input.name));
+void check_folder(const char* option, const std::string& folder, const Input& input, RunFiles& files) {
+  if (has_extension(folder, {".png", ".json", ".ply", ".pcd"}) && !fs::is_directory(folder)) {
+    throw UsageError(fmt::format("{}: {} holds several frames, so this names a folder, not a file", option, input.name));
   }
-  check_output_folder(output.option, output.path);
+  files.writes_folder(option, folder);
 }
 
 /// Refuses outputs that could not be written, that would replace an input, or that would replace each other; before any
 /// work is done.
-void check_outputs(const SegmentCommand& command, const Input& input) {
-  std::set<fs::path> taken;
-  check_place(command.grid, input.is_folder_of_frames());
+void check_outputs(SegmentCommand& command, const Input& input) {
+  if (input.is_folder_of_frames() && command.grid.asked()) command.inputs.files.writes_folder("--grid-out", command.grid.base);
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    if (input.is_folder_of_frames() && fs::path(input.frames[i].name).filename() != input.frames[i].name) {
+      throw Failure(fmt::format("{}: the frame name {} is no file name", input.name, quoted_text(input.frames[i].name)));
+    }
+    if (command.grid.asked()) check_place(grid_base(command.grid, input, i), command.inputs.files);
+  }
   for (const Output* output : command.outputs()) {
     if (!output->asked() || output->to_stdout()) continue;
-    check_place(*output, input);
-    for (std::size_t i = 0; i < input.size(); ++i) {
-      if (input.is_folder_of_frames() && fs::path(input.frames[i].name).filename() != input.frames[i].name) {
-        throw Failure(fmt::format("{}: the frame name '{}' is no file name", input.name, input.frames[i].name));
-      }
-      const fs::path file = output_file(*output, input, i);
-      for (const fs::path& source : files_of(input, i)) {
-        if (same_file(file, source))
-          throw UsageError(fmt::format("{}: '{}' is part of the input", output->option, file.string()));
-      }
-      const bool regular = !fs::exists(file) || fs::is_regular_file(file);
-      if (regular && !taken.insert(fs::absolute(file).lexically_normal()).second) {
-        throw UsageError(fmt::format("{}: '{}' would be written twice", output->option, file.string()));
-      }
-    }
+    if (input.is_folder_of_frames()) check_folder(output->option, output->path, input, command.inputs.files);
+    for (std::size_t i = 0; i < input.size(); ++i) command.inputs.files.writes(output->option, output_file(*output, input, i));
   }
 }
 
@@ -200,7 +179,7 @@ io::ColourImage overlay_of(const SegmentCommand& command, const Input& input, st
     return picture_of(command, DepthView::from_float(metres.data(), cloud->width, cloud->height), found, nullptr);
   }
   std::optional<io::ColourImage> colour;
-  if (input.frames[i].colour) colour = unwrap(io::read_colour_image(*input.frames[i].colour));
+  if (input.frames[i].colour) colour = unwrap(io::read_colour_image(*input.frames[i].colour, input.limits));
   return picture_of(command, std::get<io::Frame>(content).view(), found, colour ? &*colour : nullptr);
 }
 
@@ -214,13 +193,14 @@ std::vector<Label> labels_of_points(const PointCloud& cloud, const std::vector<L
 }
 #endif
 
-void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const Content& content,
-                 [[maybe_unused]] const Found& found, [[maybe_unused]] int saturated) {
+/// Empty in a build without clouds, which refuses --cloud.
+std::string encode_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const Content& content,
+                         [[maybe_unused]] const Found& found, [[maybe_unused]] int saturated) {
 #ifdef FRANSAC_HAS_CLOUD_IO
   const auto& labels = found.segmentation.labels;
   const auto& ids = found.obstacles.labels;
   if (const auto* cloud = std::get_if<PointCloud>(&content)) {
-    return check(io::write_cloud(file, *cloud, labels, io::CloudEncoding::binary, ids));
+    return unwrap(io::encode_cloud(file, *cloud, labels, io::CloudEncoding::binary, ids));
   }
   const auto& frame = std::get<io::Frame>(content);
   PointCloud cloud;
@@ -228,7 +208,10 @@ void write_cloud([[maybe_unused]] const fs::path& file, [[maybe_unused]] const C
   const Distortion& distortion = found.segmentation.distortion;
   if (!distortion.empty()) check(correct(frame.view(), distortion, saturated, corrected));
   deproject(distortion.empty() ? frame.view() : corrected.view, frame.camera, cloud);
-  check(io::write_cloud(file, cloud, labels_of_points(cloud, labels), io::CloudEncoding::binary, labels_of_points(cloud, ids)));
+  return unwrap(
+      io::encode_cloud(file, cloud, labels_of_points(cloud, labels), io::CloudEncoding::binary, labels_of_points(cloud, ids)));
+#else
+  return {};
 #endif
 }
 
@@ -399,54 +382,33 @@ void add_planes(Table& table, const Input& input, std::size_t i, const Segmentat
   }
 }
 
-/// Files of a frame in memory, as far as they were asked for; the cloud's writer needs none.
-struct EncodedOutputs {
-  std::vector<std::byte> labels;
-  std::vector<std::byte> obstacle_labels;
-  std::vector<std::byte> overlay;
-  std::string json;
-};
-
-EncodedOutputs encode_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content,
-                              const Found& found) {
-  EncodedOutputs encoded;
-  const auto& [segmentation, obstacles] = found;
-  if (command.labels.asked()) {
-    const io::LabelImage image{segmentation.width, segmentation.height, 1, segmentation.labels};
-    encoded.labels = unwrap(io::encode_png(image));
-  }
-  if (command.obstacle_labels.asked()) {
-    const io::ObjectImage image{obstacles.width, obstacles.height, 1, obstacles.labels};
-    encoded.obstacle_labels = unwrap(io::encode_png(image));
-  }
-  if (command.overlay.asked()) encoded.overlay = unwrap(io::encode_png(overlay_of(command, input, i, content, found)));
-  if (command.json.asked()) {
-    const bool line = command.json.to_stdout() && input.is_folder_of_frames();
-    encoded.json = to_text(to_json(command, input, i, content, found), line ? -1 : 2);
-  }
-  return encoded;
-}
-
-/// All of a frame's outputs or, when one fails, none that is new.
+/// All of a frame's outputs or, when one fails, none.
 void write_outputs(const SegmentCommand& command, const Input& input, std::size_t i, const Content& content, const Found& found) {
-  const EncodedOutputs encoded = encode_outputs(command, input, i, content, found);
-  Unfinished written;
-  for (const Output* output : command.outputs()) {
-    if (input.is_folder_of_frames() && output->asked() && !output->to_stdout()) written.make_folder(output->path);
-  }
-  const auto file = [&](const Output& output) { return written.add(output_file(output, input, i)); };
-  if (command.labels.asked()) check(io::write_file(file(command.labels), encoded.labels));
-  if (command.obstacle_labels.asked()) check(io::write_file(file(command.obstacle_labels), encoded.obstacle_labels));
-  if (command.overlay.asked()) check(io::write_file(file(command.overlay), encoded.overlay));
-  if (command.cloud.asked()) write_cloud(file(command.cloud), content, found, command.options.saturated);
+  const Segmentation& segmentation = found.segmentation;
+  const Obstacles& obstacles = found.obstacles;
+  Outputs outputs;
+  const auto write = [&](const Output& output, const auto& encode) {
+    if (!output.asked()) return;
+    if (input.is_folder_of_frames()) outputs.make_folder(output.path);
+    const fs::path file = output_file(output, input, i);
+    outputs.write(file, encode(file));
+  };
+  write(command.labels, [&](const fs::path&) {
+    return unwrap(io::encode_png(io::LabelImage{segmentation.width, segmentation.height, 1, segmentation.labels}));
+  });
+  write(command.obstacle_labels, [&](const fs::path&) {
+    return unwrap(io::encode_png(io::ObjectImage{obstacles.width, obstacles.height, 1, obstacles.labels}));
+  });
+  write(command.overlay, [&](const fs::path&) { return unwrap(io::encode_png(overlay_of(command, input, i, content, found))); });
+  write(command.cloud, [&](const fs::path& file) { return encode_cloud(file, content, found, command.options.saturated); });
   if (command.grid.asked()) {
-    const fs::path base = command.grid.base;
-    if (input.is_folder_of_frames()) written.make_folder(base);
-    write_grid(command.grid, input.is_folder_of_frames() ? base / input.frames[i].name : base, std::get<io::Frame>(content),
-               found.segmentation, found.obstacles, written);
+    if (input.is_folder_of_frames()) outputs.make_folder(command.grid.base);
+    write_grid(command.grid, grid_base(command.grid, input, i), std::get<io::Frame>(content), segmentation, obstacles, outputs);
   }
-  if (command.json.asked()) write_text(command.json.to_stdout() ? "-" : file(command.json).string(), encoded.json);
-  written.finish();
+  const bool line = command.json.to_stdout() && input.is_folder_of_frames();
+  const auto json = [&](const fs::path&) { return to_text(to_json(command, input, i, content, found), line ? -1 : 2); };
+  command.json.to_stdout() ? write_stdout(json({})) : write(command.json, json);
+  outputs.commit();
 }
 
 /// What a run keeps from frame to frame.
@@ -521,12 +483,12 @@ struct SegmentRun {
   }
 };
 
-void run_segment(const SegmentCommand& command) {
+void run_segment(SegmentCommand& command) {
   check_usage(command);
   check_options(command.options);
   check_options(command.obstacles.options);
   check_options(command.grid);
-  const Input input = open_input(command.input, command.camera);
+  const Input input = open_input(command.input, command.inputs);
   check_names(command, input);
   check_outputs(command, input);
 
@@ -546,7 +508,7 @@ Command add_segment(CLI::App& parent) {
                   "a 16-bit depth PNG (with camera.json beside it), a frame folder, a folder of frames, a TUM RGB-D sequence, a "
                   "PCD or PLY file")
       ->required();
-  add_camera(*app, command->camera);
+  add_input_options(*app, command->inputs);
   add_output(*app, "--labels", command->labels.path, "label image: 8-bit PNG, 0 no depth, 1, 2, ... planes, 255 on no plane",
              "FILE");
   add_output(*app, "--json", command->json.path, "planes, obstacles, evidence and timing; '-' is standard output", "FILE|-");
@@ -557,7 +519,7 @@ Command add_segment(CLI::App& parent) {
   add_output(*app, "--overlay", command->overlay.path, "picture of the planes, or of the obstacles: PNG", "FILE");
   add_output(*app, "--cloud", command->cloud.path,
              "coloured points with labels, and with --obstacles their numbers: .pcd or .ply", "FILE");
-  add_segment_options(*app, command->options);
+  add_segment_options(*app, command->options, command->inputs.files);
   add_obstacle_options(*app, command->obstacles,
                        "find what stands on or hangs above a plane, in depth images also what falls away from it");
   add_output(*app, "--obstacle-labels", command->obstacle_labels.path,

@@ -18,6 +18,7 @@
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "run_files.hpp"
 
 namespace fransac::cli {
 namespace {
@@ -93,10 +94,10 @@ class SequenceLists {
                           q.w());
   }
 
-  void write(const fs::path& folder, Unfinished& output) const {
-    check(io::write_file(output.add(folder / "rgb.txt"), colour_));
-    check(io::write_file(output.add(folder / "groundtruth.txt"), poses_));
-    check(io::write_file(output.add(folder / "depth.txt"), depth_));
+  void write(const fs::path& folder) const {
+    check(io::write_file(folder / "rgb.txt", colour_));
+    check(io::write_file(folder / "groundtruth.txt", poses_));
+    check(io::write_file(folder / "depth.txt", depth_));
   }
 
  private:
@@ -109,15 +110,11 @@ void run_synth(const SynthCommand& command) {
   if (command.options.motion == synth::Motion::walk && command.options.scene == "all") {
     throw UsageError("--motion walk makes a sequence of one scene: choose one with --scene, not all");
   }
-  check_output_folder("OUT_DIR", command.folder);
-  if (fs::exists(command.folder) && !fs::is_empty(command.folder)) {
-    throw Failure(fmt::format("OUT_DIR: '{}' is not empty; choose a new folder", command.folder.string()));
-  }
+  RunFiles().writes_folder("OUT_DIR", command.folder);
   std::vector<std::string> scenes{command.options.scene};
   if (command.options.scene == "all") scenes.assign(synth::scene_names().begin(), synth::scene_names().end());
 
-  Unfinished output;
-  output.make_folder(command.folder);
+  io::OutputFolder output = unwrap(io::OutputFolder::create(command.folder));
   Progress progress(scenes.size() * static_cast<std::size_t>(command.frames));
   synth::SynthOptions options = command.options;
   options.camera = synth::resized(options.camera, command.width, command.height);
@@ -131,13 +128,12 @@ void run_synth(const SynthCommand& command) {
       progress.step(name);
       synth::SynthFrame frame = unwrap(synth::render(options));
       lists.add(name, options.frame, frame.T_world_camera);
-      write_synth_frame(output.add(command.folder / name), options.motion, std::move(frame));
+      write_synth_frame(output.path() / name, options.motion, std::move(frame));
     }
   }
-  output.add(command.folder / "dataset.json");
-  check(io::write_dataset_json(command.folder, io::Truth::planes, principle(options.sensor)));
-  if (options.motion == synth::Motion::walk) lists.write(command.folder, output);
-  output.finish();
+  check(io::write_dataset_json(output.path(), io::Truth::planes, principle(options.sensor)));
+  if (options.motion == synth::Motion::walk) lists.write(output.path());
+  check(output.commit());
 }
 
 void check_scene(const std::string& scene) {
@@ -186,8 +182,9 @@ Command add_synth(CLI::App& parent) {
       "OUT_DIR/dataset.json; truth.json has the planes, the objects and which label is the floor.\n"
       "--motion walk: 1 to 3 cm and 0.3 to 1 degree a frame; a label is the same plane in all frames; depth.txt, rgb.txt and "
       "groundtruth.txt (poses, camera to world) make OUT_DIR a TUM RGB-D sequence at 30 frames a second.\n"
-      "Nothing is ever overwritten; a run that fails leaves nothing behind; one ended by a signal leaves the "
-      "frames done by then.");
+      "Nothing is ever overwritten; OUT_DIR is there, or filled, when all is done; a run that fails or is interrupted leaves "
+      "nothing "
+      "behind.");
   return {app, [command] { run_synth(*command); }};
 }
 

@@ -2,16 +2,15 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <csignal>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "commands.hpp"
 #include "depth_stream.hpp"
 #include "errors.hpp"
+#include "fransac/io/file.hpp"
 #include "fransac/io/trajectory.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/track/tracker.hpp"
@@ -20,78 +19,32 @@
 #include "obstacle_output.hpp"
 #include "options.hpp"
 #include "output.hpp"
+#include "process.hpp"
 #include "sequence.hpp"
-#include "statistics.hpp"
 
 namespace fransac::cli {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct TrackCommand {
   std::string input;
-  CameraFile camera;
+  InputOptions inputs;
   std::string json = "-";
   FollowRequest request;
 };
 
-volatile std::sig_atomic_t g_interrupted = 0;  // NOLINT: a signal handler can reach nothing else
-
-/// Lets Ctrl-C end the reading of frames; what is on its way is still finished. A second one ends the program.
-class InterruptGuard {
- public:
-  InterruptGuard() : before_(std::signal(SIGINT, handle)) { g_interrupted = 0; }
-  InterruptGuard(const InterruptGuard&) = delete;
-  InterruptGuard& operator=(const InterruptGuard&) = delete;
-  ~InterruptGuard() { std::signal(SIGINT, before_); }
-  [[nodiscard]] static bool interrupted() { return g_interrupted != 0; }
-
- private:
-  static void handle(int /*signal*/) {
-    g_interrupted = 1;
-    std::signal(SIGINT, SIG_DFL);
-  }
-  void (*before_)(int);
-};
-
-/// Where JSON lines go: standard output, or a file that has its name only when it is whole. Devices and pipes are written in
-/// place.
+/// Where JSON lines go: standard output, or a file that has its name only when it is whole.
 class Lines {
  public:
-  explicit Lines(const std::string& file) : file_(file) {
-    if (file_ == "-") return;
-    const bool in_place = fs::exists(file_) && !fs::is_regular_file(file_);
-    if (fs::is_regular_file(file_)) file_ = fs::canonical(file_).string();  // of a link its target: the link stays
-    part_ = in_place ? file_ : file_ + ".part";
-    if (part_ != file_) unfinished_.add(part_);
-    out_.open(part_, std::ios::binary | std::ios::trunc);
-    check_written();
+  explicit Lines(const std::string& file) {
+    if (file != "-") file_ = unwrap(io::OutputFile::create(file));
   }
-  void write(const std::string& line) {
-    if (file_ == "-") return write_stdout(line);
-    out_ << line;
-    check_written();
-  }
+  void write(const std::string& line) { file_ ? check(file_->write(line)) : write_stdout(line); }
   void finish() {
-    if (file_ == "-") return;
-    out_.close();
-    check_written();
-    if (part_ == file_) return;
-    std::error_code error;
-    fs::rename(part_, file_, error);
-    if (error) throw Failure(fmt::format("{}: {}", file_, error.message()));
-    unfinished_.finish();
+    if (file_) check(file_->commit());
   }
 
  private:
-  void check_written() const {
-    if (!out_) throw Failure(fmt::format("{}: could not be written", part_));
-  }
-
-  std::string file_;
-  std::string part_;
-  Unfinished unfinished_;
-  std::ofstream out_;
+  std::optional<io::OutputFile> file_;
 };
 
 nlohmann::ordered_json pose_to_json(const TrackedFrame& frame) {
@@ -173,11 +126,12 @@ void summarise(const FollowTotals& totals, bool warm_start) {
   std::string text = fmt::format(
       "{} frames in {:.2f} s, {:.1f} frames a second from end to end; medians of a frame: {:.2f} ms decoding, {:.2f} ms "
       "segmenting and tracking",
-      totals.followed(), 1e-3 * totals.total_ms, 1e3 * followed / totals.total_ms, median(totals.decode_ms),
-      median(totals.work_ms));
+      totals.followed(), 1e-3 * totals.total_ms, 1e3 * followed / totals.total_ms, totals.decode_ms.quantile(0.5),
+      totals.work_ms.quantile(0.5));
   if (warm_start) {
-    text += fmt::format("; segmenting alone: {:.2f} ms from cold ({} frames), {:.2f} ms with a warm start ({})",
-                        median(totals.cold_ms), totals.cold_ms.size(), median(totals.warm_ms), totals.warm_ms.size());
+    text +=
+        fmt::format("; segmenting alone: {:.2f} ms from cold ({} frames), {:.2f} ms with a warm start ({})",
+                    totals.cold_ms.quantile(0.5), totals.cold_ms.count(), totals.warm_ms.quantile(0.5), totals.warm_ms.count());
   }
   log(text + (totals.skipped > 0 ? fmt::format("; {} skipped", totals.skipped) : ""));
 }
@@ -190,10 +144,12 @@ void track(const TrackCommand& command, Frames& frames) {
   const FollowHooks hooks{[&](const FollowedFrame& frame) { return line_of(frame, request.warm_start); },
                           [&](const std::string& line) { lines.write(line); }, InterruptGuard::interrupted};
   const FollowTotals totals = follow_frames(frames, request, hooks);
-  lines.finish();
+  const bool interrupted = InterruptGuard::interrupted();
+  if (!interrupted) lines.finish();
   if (totals.followed() > 0) summarise(totals, request.warm_start);
-  if (InterruptGuard::interrupted()) {
-    throw Failure(fmt::format("interrupted after {} frames", totals.followed() + totals.skipped));
+  if (interrupted) {
+    const char* const lost = command.json == "-" ? "" : ", so --json is not written";
+    throw Failure(fmt::format("interrupted after {} frames{}", totals.followed() + totals.skipped, lost));
   }
 }
 
@@ -202,18 +158,22 @@ void run_track(TrackCommand& command) {
   check_options(request.options);
   check_options(request.obstacles.options);
   check_options(request.track);
-  check_document("--json", command.json);
   if (request.options.method != Method::cells && request.options.method != Method::automatic) {
     throw UsageError("--method: only cells gives the planes' covariances, which tracking needs");
   }
-  if (!request.poses_file.empty()) request.poses = unwrap(io::read_trajectory(request.poses_file));
+  if (!request.poses_file.empty()) {
+    command.inputs.files.reads(request.poses_file);
+    request.poses = unwrap(io::read_trajectory(request.poses_file));
+  }
   if (command.input == "-") {
-    if (command.camera) throw UsageError("--camera: a stream says its camera in its first line");
-    DepthStream stream(std::cin);
+    if (command.inputs.camera) throw UsageError("--camera: a stream says its camera in its first line");
+    command.inputs.files.writes_document("--json", command.json);
+    DepthStream stream(std::cin, command.inputs.limits());
     return track(command, stream);
   }
-  const Input input = open_input(command.input, command.camera);
+  const Input input = open_input(command.input, command.inputs);
   if (!input.is_folder_of_frames()) throw UsageError(fmt::format("{}: not a folder of frames or a TUM sequence", command.input));
+  command.inputs.files.writes_document("--json", command.json);
   track(command, input.frames);
 }
 
@@ -231,7 +191,7 @@ Command add_track(CLI::App& parent) {
          "folder of frames, TUM RGB-D sequence, or '-': raw frames on standard input, after a line \"fransac-depth 1 WIDTH "
          "HEIGHT uint16|float32 METRES_PER_UNIT FX FY CX CY\", each a 64-bit timestamp and the rows, little-endian")
       ->required();
-  add_camera(*app, command->camera);
+  add_input_options(*app, command->inputs);
   app->add_option("--json", command->json, "where the lines go, '-' for standard output")
       ->type_name("FILE")
       ->capture_default_str();
@@ -241,7 +201,7 @@ Command add_track(CLI::App& parent) {
   app->add_flag("--warm-start", request.warm_start,
                 fmt::format("look for the last frame's planes first, but in every {}th frame: a little faster", kColdEvery));
   app->add_flag("--strict", request.strict, "stop at a frame that cannot be used instead of skipping it");
-  add_segment_options(*app, request.options);
+  add_segment_options(*app, request.options, command->inputs.files);
   add_track_options(*app, request.track);
   add_obstacle_options(*app, request.obstacles, "follow objects on the support, too, and list drops");
   return {app, [command] { run_track(*command); }};

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "errors.hpp"
+#include "fransac/core/printable.hpp"
 
 namespace fransac::cli {
 namespace {
@@ -29,7 +30,7 @@ std::string read_line(std::istream& in) {
 
 }  // namespace
 
-DepthStream::DepthStream(std::istream& in) : in_(in) {
+DepthStream::DepthStream(std::istream& in, const io::ReadLimits& limits) : in_(in) {
   std::istringstream line(read_line(in));
   std::string name;
   std::string format;
@@ -42,7 +43,7 @@ DepthStream::DepthStream(std::istream& in) : in_(in) {
     throw Failure(fmt::format("standard input: the first line is not \"{}\"", kForm));
   }
   if (format != "uint16" && format != "float32") {
-    throw Failure(fmt::format("standard input: '{}' is neither uint16 nor float32", format));
+    throw Failure(fmt::format("standard input: {} is neither uint16 nor float32", quoted_text(format)));
   }
   format_ = format == "uint16" ? DepthFormat::uint16 : DepthFormat::float32;
   if (!(metres_per_unit > 0.0) || (format_ == DepthFormat::float32 && metres_per_unit != 1.0)) {
@@ -51,6 +52,10 @@ DepthStream::DepthStream(std::istream& in) : in_(in) {
   camera_.depth_scale = 1.0 / metres_per_unit;
   if (const Status status = validate(camera_); !status) {
     throw Failure(fmt::format("standard input: {}", status.error().message));
+  }
+  if (pixels() > limits.max_size) {
+    throw Failure(fmt::format("standard input: {}x{} pixels: more than the limit of {} (--max-size)", camera_.width,
+                              camera_.height, limits.max_size));
   }
 }
 
@@ -73,9 +78,8 @@ bool DepthStream::read_values(std::vector<Value>& values, std::size_t count) {
 
 bool DepthStream::read(StreamFrame& frame) {
   if (in_.peek() == std::istream::traits_type::eof()) return false;
-  const std::size_t pixels = static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
   const bool whole = read_exactly(&frame.timestamp_s, sizeof frame.timestamp_s) &&
-                     (format_ == DepthFormat::uint16 ? read_values(frame.units, pixels) : read_values(frame.metres, pixels));
+                     (format_ == DepthFormat::uint16 ? read_values(frame.units, pixels()) : read_values(frame.metres, pixels()));
   if (!whole) throw Failure(fmt::format("standard input: ends within frame {}", frames_));
   ++frames_;
   return true;

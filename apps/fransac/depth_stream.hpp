@@ -7,12 +7,14 @@
 /// for float32, whose values are metres.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <iosfwd>
 #include <vector>
 
 #include "fransac/core/camera.hpp"
 #include "fransac/core/depth_image.hpp"
+#include "fransac/io/limits.hpp"
 
 namespace fransac::cli {
 
@@ -24,14 +26,18 @@ struct StreamFrame {
 
 class DepthStream {
  public:
-  /// Reads the header. Throws Failure, as read().
-  explicit DepthStream(std::istream& in);
+  /// Reads the header. Throws Failure, as read(); frames of more pixels than `limits` allow are refused.
+  DepthStream(std::istream& in, const io::ReadLimits& limits);
   [[nodiscard]] const Camera& camera() const { return camera_; }
   /// False at the end. A stream that ends within a frame is a Failure.
   bool read(StreamFrame& frame);
   [[nodiscard]] DepthView view(const StreamFrame& frame) const;
 
  private:
+  /// Of a frame.
+  [[nodiscard]] std::size_t pixels() const {
+    return static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
+  }
   bool read_exactly(void* data, std::size_t bytes);
   template <class Value>
   bool read_values(std::vector<Value>& values, std::size_t count);

@@ -22,7 +22,9 @@ struct StdoutFailure : Failure {
   using Failure::Failure;
 };
 struct UsageError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit UsageError(const std::string& what, std::string where_to_look = {})
+      : std::runtime_error(what), hint(std::move(where_to_look)) {}
+  std::string hint;  ///< A line of its own; may be empty.
 };
 
 inline void check(const Status& status) {

@@ -229,12 +229,10 @@ Row evaluate_frame(const Runs& runs, Method method, const std::string& dataset, 
 
 }  // namespace
 
-io::Dataset open_dataset(const std::string& name, const Runs& runs, std::string_view no_clouds) {
+io::Dataset open_dataset(const std::string& name, Runs& runs, std::string_view no_clouds) {
   const io::InputKind kind = unwrap(io::detect_kind(name));
   if (kind == io::InputKind::pcd || kind == io::InputKind::ply) throw Failure(fmt::format("{}: {}", name, no_clouds));
-  io::Dataset dataset = unwrap(io::list_frames(name));
-  use_camera(runs.camera, dataset.frames);
-  return dataset;
+  return open_frames(name, runs.inputs);
 }
 
 io::Truth truth_of(const io::Dataset& dataset) {

@@ -158,7 +158,7 @@ inline constexpr int kHooverCurveTo_percent = 95;
 
 /// The frames of a dataset; a camera chosen by the user stands for their own. Throws Failure; a point cloud is refused with
 /// `no_clouds` as the reason.
-io::Dataset open_dataset(const std::string& name, const Runs& runs, std::string_view no_clouds);
+io::Dataset open_dataset(const std::string& name, Runs& runs, std::string_view no_clouds);
 
 /// A frame folder with labels but without a dataset.json: label 1 is all that is known to mean anything.
 io::Truth truth_of(const io::Dataset& dataset);

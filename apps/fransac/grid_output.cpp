@@ -26,18 +26,17 @@ void check_options(const GridRequest& request) {
     throw UsageError(fmt::format("--grid: {}", status.error().message));
 }
 
-void check_place(const GridRequest& request, bool folder) {
-  if (!request.asked()) return;
-  if (folder) return check_output_folder("--grid-out", request.base);
-  for (const char* const suffix : {".pgm", ".yaml"}) check_output_file("--grid-out", request.base + suffix);
+void check_place(const std::filesystem::path& base, RunFiles& files) {
+  for (const char* const suffix : {".pgm", ".yaml"}) files.writes("--grid-out", std::filesystem::path(base) += suffix);
 }
 
 void write_grid(const GridRequest& request, const std::filesystem::path& base, const io::Frame& frame,
-                const Segmentation& segmentation, const Obstacles& obstacles, Unfinished& written) {
+                const Segmentation& segmentation, const Obstacles& obstacles, Outputs& outputs) {
   if (!request.asked() || obstacles.support.empty()) return;
   const OccupancyGrid grid = unwrap(occupancy_grid(frame.view(), frame.camera, segmentation, obstacles, request.options));
-  for (const char* const suffix : {".pgm", ".yaml"}) written.add(std::filesystem::path(base) += suffix);
-  check(io::write_ros_map(base, grid));
+  const io::RosMap map = unwrap(io::encode_ros_map(base, grid));
+  outputs.write(std::filesystem::path(base) += ".pgm", map.pgm);
+  outputs.write(std::filesystem::path(base) += ".yaml", map.yaml);
 }
 
 }  // namespace fransac::cli

@@ -9,6 +9,7 @@
 #include "fransac/io/dataset.hpp"
 #include "fransac/obstacles/occupancy.hpp"
 #include "output.hpp"
+#include "run_files.hpp"
 
 namespace fransac::cli {
 
@@ -25,11 +26,11 @@ void add_grid_options(CLI::App& app, GridRequest& request, const std::string& gr
 /// Throws UsageError when the grid cannot be made.
 void check_options(const GridRequest& request);
 
-/// Refuses a place that could not be written; `folder`: the base is a folder with a map for each frame. Throws Failure.
-void check_place(const GridRequest& request, bool folder);
+/// Notes BASE.pgm and BASE.yaml as outputs. Throws Failure or UsageError.
+void check_place(const std::filesystem::path& base, RunFiles& files);
 
-/// Writes BASE.pgm and BASE.yaml, and notes them; nothing without a support.
+/// Writes BASE.pgm and BASE.yaml; nothing without a support.
 void write_grid(const GridRequest& request, const std::filesystem::path& base, const io::Frame& frame,
-                const Segmentation& segmentation, const Obstacles& obstacles, Unfinished& written);
+                const Segmentation& segmentation, const Obstacles& obstacles, Outputs& outputs);
 
 }  // namespace fransac::cli

@@ -12,9 +12,9 @@
 namespace fransac::cli {
 namespace {
 
-PointCloud load_cloud(const std::string& file) {
+PointCloud load_cloud(const std::string& file, [[maybe_unused]] const io::ReadLimits& limits) {
 #ifdef FRANSAC_HAS_CLOUD_IO
-  return unwrap(io::read_cloud(file));
+  return unwrap(io::read_cloud(file, limits));
 #else
   throw Failure(fmt::format(
       "{}: this fransac was built without support for point clouds: it needs PCL's io library (scripts/bootstrap cloud) and "
@@ -25,25 +25,35 @@ PointCloud load_cloud(const std::string& file) {
 
 }  // namespace
 
-Input open_input(const std::string& name, const CameraFile& camera_file) {
-  Input input{name, unwrap(io::detect_kind(name)), {}};
-  if (input.is_cloud() && camera_file) throw UsageError(fmt::format("--camera: {} is a point cloud and needs no camera", name));
-  if (!input.is_cloud()) input.frames = unwrap(io::list_frames(name)).frames;
-  use_camera(camera_file, input.frames);
+Input open_input(const std::string& name, InputOptions& options) {
+  Input input{name, unwrap(io::detect_kind(name)), {}, options.limits()};
+  if (!input.is_cloud()) {
+    input.frames = open_frames(name, options).frames;
+    return input;
+  }
+  if (options.camera) throw UsageError(fmt::format("--camera: {} is a point cloud and needs no camera", name));
+  options.files.reads(name);
   return input;
 }
 
-void use_camera(const CameraFile& camera, std::vector<io::FrameFiles>& frames) {
-  if (!camera) return;
-  const std::optional<Camera> known = std::filesystem::exists(*camera) ? std::nullopt : io::tum_camera(camera->string());
-  for (io::FrameFiles& frame : frames) {
+io::Dataset open_frames(const std::string& name, InputOptions& options) {
+  io::Dataset dataset = unwrap(io::list_frames(name));
+  options.files.reads(dataset);
+  const auto& camera = options.camera;
+  const bool is_file = camera && std::filesystem::exists(*camera);
+  const std::optional<Camera> known = camera && !is_file ? io::tum_camera(camera->string()) : std::nullopt;
+  if (is_file) options.files.reads(*camera);
+  for (io::FrameFiles& frame : dataset.frames) {
+    frame.limits = options.limits();
+    if (!camera) continue;
     frame.camera = known;
     frame.camera_file = known ? std::nullopt : camera;
   }
+  return dataset;
 }
 
 Content load(const Input& input, std::size_t i) {
-  if (input.is_cloud()) return load_cloud(input.name);
+  if (input.is_cloud()) return load_cloud(input.name, input.limits);
   return unwrap(io::load_frame(input.frames[i]));
 }
 

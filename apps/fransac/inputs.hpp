@@ -2,8 +2,6 @@
 /// What commands work on: depth frames or a point cloud.
 #pragma once
 
-#include <filesystem>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -11,16 +9,16 @@
 #include "fransac/core/point_cloud.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/planes/segment.hpp"
+#include "options.hpp"
 
 namespace fransac::cli {
-
-using CameraFile = std::optional<std::filesystem::path>;
 
 /// An input as it was named, with its frames found but not loaded.
 struct Input {
   std::string name;
   io::InputKind kind = io::InputKind::depth_png;
   std::vector<io::FrameFiles> frames;  ///< Empty for a cloud.
+  io::ReadLimits limits{};
 
   [[nodiscard]] bool is_cloud() const { return kind == io::InputKind::pcd || kind == io::InputKind::ply; }
   /// Whether it is the kind of input that holds many frames, however many these are.
@@ -32,10 +30,10 @@ struct Input {
 
 using Content = std::variant<io::Frame, PointCloud>;
 
-/// Throws Failure, as the other functions here; UsageError for a camera file with a cloud.
-Input open_input(const std::string& name, const CameraFile& camera_file = std::nullopt);
-/// Lets a camera chosen by the user, a file or a TUM name such as "freiburg1", stand for the frames' own.
-void use_camera(const CameraFile& camera, std::vector<io::FrameFiles>& frames);
+/// Notes the input's files in `options`. Throws Failure, as the other functions here; UsageError for a camera with a cloud.
+Input open_input(const std::string& name, InputOptions& options);
+/// The same of the frames of an input that is no cloud.
+io::Dataset open_frames(const std::string& name, InputOptions& options);
 Content load(const Input& input, std::size_t i);
 /// Segments in the workspace's memory; `name` is the input's name for messages.
 void segment(const std::string& name, const Content& content, const SegmentOptions& options, Workspace& workspace,

@@ -3,8 +3,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <csignal>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <span>
 #include <string>
@@ -17,9 +17,12 @@
 #include "fransac/version.hpp"
 #include "options.hpp"
 #include "output.hpp"
+#include "process.hpp"
 
 namespace fransac::cli {
 namespace {
+
+constexpr const char* kSeeHelp = "See: fransac --help";
 
 /// The parser's help without its "{false}" after the names of flags that say no.
 std::string help_text(const CLI::App& app) {
@@ -34,16 +37,15 @@ void finish_parsing(const CLI::App& app, const CLI::ParseError& error) {
   if (dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr) return write_stdout(help_text(app));
   if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) return write_stdout(std::string(error.what()) + "\n");
   const auto chosen = app.get_subcommands();
-  throw UsageError(
-      fmt::format("{}\nSee: fransac {}--help", error.what(), chosen.empty() ? "" : chosen.front()->get_name() + " "));
+  throw UsageError(error.what(), fmt::format("See: fransac {}--help", chosen.empty() ? "" : chosen.front()->get_name() + " "));
 }
 
 /// The parser would only say that a mistyped command was not expected.
 void check_command(std::span<const Command> commands, const std::string& word) {
   const auto named = [&](const Command& command) { return command.app->get_name() == word; };
   if (word.starts_with('-') || std::any_of(commands.begin(), commands.end(), named)) return;
-  throw UsageError(fmt::format(
-      "unknown command '{}'; there are segment, track, evaluate, report, bench, synth, calibrate\nSee: fransac --help", word));
+  throw UsageError(fmt::format("unknown command '{}'; there are segment, track, evaluate, report, bench, synth, calibrate", word),
+                   kSeeHelp);
 }
 
 #ifdef FRANSAC_TUNABLE
@@ -89,7 +91,7 @@ void run(int argc, char** argv) {
   for (const Command& command : commands) {
     if (command.app->parsed()) return command.run();
   }
-  throw UsageError("a command is required: segment, track, evaluate, report, bench, synth or calibrate\nSee: fransac --help");
+  throw UsageError("a command is required: segment, track, evaluate, report, bench, synth or calibrate", kSeeHelp);
 }
 
 int guarded_run(int argc, char** argv) {
@@ -98,11 +100,14 @@ int guarded_run(int argc, char** argv) {
     return kExitDone;
   } catch (const UsageError& error) {
     log(error.what());
+    if (!error.hint.empty()) write_stderr(error.hint + "\n");
     return kExitUsage;
   } catch (const Failure& error) {
     log(error.what());
   } catch (const std::bad_alloc&) {
     log("out of memory");
+  } catch (const std::filesystem::filesystem_error& error) {  // a link that leads in a circle, a name that is too long
+    log(fmt::format("{}: {}", error.path1().string(), error.code().message()));
   } catch (const std::exception& error) {
     log(fmt::format("internal error: {}", error.what()));
   }
@@ -113,6 +118,6 @@ int guarded_run(int argc, char** argv) {
 }  // namespace fransac::cli
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a failed write with a message, not a silent death
+  fransac::cli::prepare_process();
   return fransac::cli::guarded_run(argc, argv);
 }

@@ -191,14 +191,15 @@ void add_planes(CLI::App& app, OptionInfo info, std::optional<int>& value) {
 }
 
 /// "--sensor NAME|FILE": a kind, or all that a sensor.json says.
-void add_sensor(CLI::App& app, const OptionInfo& info, SensorOptions& sensor) {
+void add_sensor(CLI::App& app, const OptionInfo& info, SensorOptions& sensor, RunFiles& files) {
   const std::string flag = fmt::format("--{}", info.name);
   const std::string expected = expected_text(info, sensor.kind) + ", or a sensor.json of fransac calibrate";
-  const auto set = [&sensor, flag, expected](const std::string& text) {
+  const auto set = [&sensor, &files, flag, expected](const std::string& text) {
     const std::filesystem::path file(text);
     if (const auto kind = enum_from_name<SensorKind>(text)) {
       sensor = {.kind = *kind};
     } else if (file.extension() == ".json" || std::filesystem::is_regular_file(file)) {
+      files.reads(file);
       sensor = unwrap(io::read_sensor_json(file));
     } else {
       reject(flag, expected, text);
@@ -340,11 +341,15 @@ void add_count(CLI::App& app, const std::string& name, int& value, int min, int 
   app.add_option_function<std::string>(name, set, fmt::format("{} [{}; default: {}]", help, expected, value))->type_name("N");
 }
 
-void add_camera(CLI::App& app, std::optional<std::filesystem::path>& camera) {
+void add_input_options(CLI::App& app, InputOptions& inputs) {
   CLI::Option* const option = app.add_option_function<std::string>(
-      "--camera", [&camera](const std::string& name) { camera = name; },
+      "--camera", [&inputs](const std::string& name) { inputs.camera = name; },
       "intrinsics instead of the frames' own: a camera.json, or freiburg1, freiburg2, freiburg3 of the TUM benchmark");
   offer_words(option->type_name("FILE|NAME"), {"freiburg1", "freiburg2", "freiburg3"});
+  add_count(
+      app, "--max-size", inputs.max_size, 1, std::numeric_limits<int>::max(),
+      fmt::format("largest image or cloud that is read, in pixels or points; compressed clouds may expand to {} bytes for each",
+                  io::ReadLimits{1}.max_decoded_bytes()));
 }
 
 void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help) {
@@ -365,13 +370,13 @@ void add_document(CLI::App& app, const std::string& name, std::string& value) {
   add_output(app, name, value, "results; '-' is standard output, instead of the table", "FILE|-");
 }
 
-void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods) {
+void add_segment_options(CLI::App& app, SegmentOptions& options, RunFiles& files, std::vector<Method>* several_methods) {
   for_each_option(options, [&](const OptionInfo& info, auto& value) {
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::optional<int>>) {
       if (info.name == kPlanes) return add_planes(app, info, value);
     }
     if (info.parameter_of == kSensorParam) return;
-    if (info.name == kSensor) return add_sensor(app, info, options.sensor);
+    if (info.name == kSensor) return add_sensor(app, info, options.sensor, files);
     if (info.name == kMethod && several_methods != nullptr) return add_methods(app, info, *several_methods);
     AddFlag{app, kGroup}(info, value);
   });
@@ -421,8 +426,8 @@ SegmentOptions Runs::options_of(Method method) const {
 
 void add_runs(CLI::App& app, Runs& runs, int max_repeat, const std::string& repeat_help) {
   add_count(app, "--repeat", runs.repeat, 1, max_repeat, repeat_help);
-  add_camera(app, runs.camera);
-  add_segment_options(app, runs.options, &runs.methods);
+  add_input_options(app, runs.inputs);
+  add_segment_options(app, runs.options, runs.inputs.files, &runs.methods);
 }
 
 void check_options(const SegmentOptions& options) { check_valid(options); }

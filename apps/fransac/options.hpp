@@ -17,9 +17,11 @@
 #include "definition.hpp"
 #include "errors.hpp"
 #include "fransac/eval/hoover.hpp"
+#include "fransac/io/limits.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "fransac/planes/options.hpp"
 #include "fransac/track/tracker.hpp"
+#include "run_files.hpp"
 
 namespace fransac::cli {
 
@@ -61,8 +63,16 @@ std::optional<Number> parse_number(std::string_view text) {
 
 /// Adds "--name N", a whole number within [min, max], to a command.
 void add_count(CLI::App& app, const std::string& name, int& value, int min, int max, const std::string& help);
-/// Adds "--camera FILE|NAME".
-void add_camera(CLI::App& app, std::optional<std::filesystem::path>& camera);
+/// How inputs are read, and the files of a run.
+struct InputOptions {
+  std::optional<std::filesystem::path> camera;  ///< For all frames, instead of their own: a file, or a name of the TUM benchmark.
+  int max_size = static_cast<int>(io::ReadLimits{}.max_size);
+  RunFiles files;
+
+  [[nodiscard]] io::ReadLimits limits() const { return {static_cast<std::size_t>(max_size)}; }
+};
+/// Adds "--camera FILE|NAME" and "--max-size N".
+void add_input_options(CLI::App& app, InputOptions& inputs);
 /// Adds "--seed N".
 void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help);
 
@@ -72,9 +82,9 @@ void add_output(CLI::App& app, const std::string& name, std::string& value, cons
 /// Adds an option for results as a document: a file, or '-' for standard output.
 void add_document(CLI::App& app, const std::string& name, std::string& value);
 
-/// Adds a flag for each option of `options`. With `several_methods`, "--method" takes a comma-separated list into it
-/// instead and `options.method` is left alone.
-void add_segment_options(CLI::App& app, SegmentOptions& options, std::vector<Method>* several_methods = nullptr);
+/// Adds a flag for each option of `options`; a sensor.json that is read is noted in `files`. With `several_methods`, "--method"
+/// takes a comma-separated list into it instead and `options.method` is left alone.
+void add_segment_options(CLI::App& app, SegmentOptions& options, RunFiles& files, std::vector<Method>* several_methods = nullptr);
 
 /// Whether obstacles are asked for, and how they are found.
 struct ObstacleRequest {
@@ -108,15 +118,15 @@ struct Runs {
 
   std::vector<Method> methods;
   int repeat;
-  std::optional<std::filesystem::path> camera;  ///< For all frames, instead of their own.
-  SegmentOptions options;                       ///< Of all methods; its own method means nothing.
+  InputOptions inputs;
+  SegmentOptions options;  ///< Of all methods; its own method means nothing.
   ObstacleRequest obstacles;
   HooverRequest hoover;
 
   [[nodiscard]] SegmentOptions options_of(Method method) const;
 };
 
-/// Adds "--repeat", "--camera", "--method" and the segment options.
+/// Adds "--repeat", the input options, "--method" and the segment options.
 void add_runs(CLI::App& app, Runs& runs, int max_repeat, const std::string& repeat_help);
 
 /// Checks what single flags cannot, for example that limits are in order. Throws UsageError.

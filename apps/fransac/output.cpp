@@ -2,7 +2,6 @@
 #include "output.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -10,27 +9,15 @@
 #include <system_error>
 
 #include "errors.hpp"
-#include "fransac/io/file.hpp"
+#include "fransac/core/printable.hpp"
 
 namespace fransac::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The user may not write to it, or nobody should: a file without any write permission is protected from its owner, and
-/// even from root, on purpose.
-bool writable(const fs::path& path) {
-  constexpr auto kAnyWrite = fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
-  std::error_code error;
-  return (fs::status(path, error).permissions() & kAnyWrite) != fs::perms::none && ::access(path.c_str(), W_OK) == 0;
-}
-
-void check_parent(std::string_view option, const fs::path& path) {
-  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  std::error_code error;
-  if (!fs::is_directory(parent, error)) throw Failure(fmt::format("{}: the folder '{}' does not exist", option, parent.string()));
-  if (!writable(parent)) throw Failure(fmt::format("{}: the folder '{}' is not writable", option, parent.string()));
-}
+constexpr std::size_t kLongestMessage = 4096;  // bytes
+constexpr std::size_t kLongestCell = 256;
 
 }  // namespace
 
@@ -40,27 +27,33 @@ void write_stdout(std::string_view text) {
   if (!written) throw StdoutFailure(fmt::format("standard output: {}", std::generic_category().message(errno)));
 }
 
-void log(std::string_view text) { fmt::print(stderr, "fransac: {}\n", text); }
+void write_stderr(std::string_view text) noexcept {
+  (void)std::fwrite(text.data(), 1, text.size(), stderr);
+  (void)std::fflush(stderr);
+}
+
+void log(std::string_view text) noexcept {
+  try {
+    // One line, and one piece: lines of several processes do not mix.
+    write_stderr(fmt::format("fransac: {}\n", printable(text, kLongestMessage)));
+  } catch (...) {
+    write_stderr("fransac: out of memory\n");
+  }
+}
 
 std::string to_text(const nlohmann::ordered_json& json, int indent) {
   return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-void write_text(const std::string& file, std::string_view text) {
-  if (file == "-") {
-    write_stdout(text);
-  } else {
-    check(io::write_file(file, text));
-  }
-}
-
 void write_results(const std::vector<Document>& documents, const std::function<std::string()>& table) {
-  bool on_stdout = false;
+  Outputs outputs;
+  std::string on_stdout;
   for (const Document& document : documents) {
-    if (!document.file.empty()) write_text(document.file, document.text());
-    on_stdout = on_stdout || document.file == "-";
+    if (document.file == "-") on_stdout += document.text();
+    if (!document.file.empty() && document.file != "-") outputs.write(document.file, document.text());
   }
-  if (!on_stdout) write_stdout(table());
+  write_stdout(on_stdout.empty() ? table() : on_stdout);
+  outputs.commit();
 }
 
 Table::Table(std::vector<std::string> headings) {
@@ -72,6 +65,7 @@ Table::Table(std::vector<std::string> headings) {
 }
 
 void Table::add(std::vector<std::string> cells) {
+  for (std::string& cell : cells) cell = printable(cell, kLongestCell);
   cells.resize(left_.size());
   rows_.push_back(std::move(cells));
 }
@@ -101,50 +95,28 @@ std::string Table::text() const {
   return text;
 }
 
-void check_output_file(std::string_view option, const fs::path& file) {
-  if (file.empty()) throw UsageError(fmt::format("{}: the file name is empty", option));
-  std::error_code error;
-  const fs::file_status status = fs::status(file, error);
-  if (fs::is_directory(status)) throw Failure(fmt::format("{}: '{}' is a folder", option, file.string()));
-  if (fs::exists(status) && !writable(file)) throw Failure(fmt::format("{}: '{}' is not writable", option, file.string()));
-  if (!fs::exists(status) || fs::is_regular_file(status)) check_parent(option, file);  // devices and pipes need no temporary
-}
-
-void check_document(std::string_view option, const std::string& file) {
-  if (!file.empty() && file != "-") check_output_file(option, file);
-}
-
-void check_output_folder(std::string_view option, const fs::path& folder) {
-  if (folder.empty()) throw UsageError(fmt::format("{}: the folder's name is empty", option));
-  std::error_code error;
-  const fs::file_status status = fs::status(folder, error);
-  if (!fs::exists(status)) return check_parent(option, folder.has_filename() ? folder : folder.parent_path());
-  if (!fs::is_directory(status)) throw Failure(fmt::format("{}: '{}' is not a folder", option, folder.string()));
-  if (!writable(folder)) throw Failure(fmt::format("{}: the folder '{}' is not writable", option, folder.string()));
-}
-
-Unfinished::~Unfinished() {
+Outputs::~Outputs() {
+  files_.clear();  // temporaries are in the folders
   std::error_code ignored;
-  for (const fs::path& path : written_) fs::remove_all(path, ignored);
-  for (const fs::path& folder : folders_) fs::remove(folder, ignored);
+  for (const fs::path& folder : new_folders_)
+    fs::remove(folder, ignored);  // only when empty: others may have put something there
 }
 
-void Unfinished::make_folder(const fs::path& folder) {
+void Outputs::make_folder(const fs::path& folder) {
   std::error_code error;
   const bool made = fs::create_directory(folder, error);
   if (error) throw Failure(fmt::format("{}: {}", folder.string(), error.message()));
-  if (made) folders_.push_back(folder);
+  if (made) new_folders_.push_back(folder);
 }
 
-fs::path Unfinished::add(const fs::path& path) {
-  std::error_code error;
-  if (!fs::exists(path, error)) written_.push_back(path);
-  return path;
+void Outputs::write(const fs::path& file, std::span<const std::byte> bytes) {
+  files_.push_back(unwrap(io::OutputFile::create(file)));
+  check(files_.back().write(bytes));
 }
 
-void Unfinished::finish() {
-  written_.clear();
-  folders_.clear();
+void Outputs::commit() {
+  for (io::OutputFile& file : files_) check(file.commit());
+  new_folders_.clear();
 }
 
 }  // namespace fransac::cli

@@ -5,22 +5,24 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "fransac/io/file.hpp"
 
 namespace fransac::cli {
 
 /// Results go here. Throws StdoutFailure when the text could not be written (full disk, closed pipe).
 void write_stdout(std::string_view text);
-/// A line on stderr, after "fransac: ".
-void log(std::string_view text);
+/// What is said while a command works; lost where stderr cannot be written, for a run's results are worth more.
+void write_stderr(std::string_view text) noexcept;
+/// A line on stderr, after "fransac: "; lost where it cannot be written.
+void log(std::string_view text) noexcept;
 
 /// Text of a JSON document; names that are not UTF-8 cannot make it fail. `indent` -1: on one line.
 std::string to_text(const nlohmann::ordered_json& json, int indent = 2);
-
-/// Writes a document to a file, or to stdout when `file` is "-".
-void write_text(const std::string& file, std::string_view text);
 
 /// A result in a machine's form: where it goes ("-": stdout, empty: nowhere) and what makes its text.
 struct Document {
@@ -45,30 +47,23 @@ class Table {
   std::vector<std::vector<std::string>> rows_;  // the headings first; an empty row is a line
 };
 
-/// Refuses a file that could not be written later: missing folder, no permission, a folder of that name. Throws Failure
-/// that names `option`.
-void check_output_file(std::string_view option, const std::filesystem::path& file);
-/// The same for an option that may be empty or "-".
-void check_document(std::string_view option, const std::string& file);
-/// The same for a folder that exists or can be made in an existing one.
-void check_output_folder(std::string_view option, const std::filesystem::path& folder);
-
-/// Removes again what was newly written unless it is all there; what existed before stays as it is by then.
-class Unfinished {
+/// Files that belong together, of a run or of one frame: until commit() none of them is there, and where it is not called nothing
+/// that existed has changed and no folder is new. Throws Failure.
+class Outputs {
  public:
-  Unfinished() = default;
-  Unfinished(const Unfinished&) = delete;
-  Unfinished& operator=(const Unfinished&) = delete;
-  ~Unfinished();
-  /// Makes a folder unless it exists. Throws Failure.
+  Outputs() = default;
+  Outputs(const Outputs&) = delete;
+  Outputs& operator=(const Outputs&) = delete;
+  ~Outputs();
+  /// Makes a folder unless it exists.
   void make_folder(const std::filesystem::path& folder);
-  /// Notes, and returns, the file or folder that is written next.
-  std::filesystem::path add(const std::filesystem::path& path);
-  void finish();
+  void write(const std::filesystem::path& file, std::span<const std::byte> bytes);
+  void write(const std::filesystem::path& file, std::string_view text) { write(file, std::as_bytes(std::span(text))); }
+  void commit();
 
  private:
-  std::vector<std::filesystem::path> folders_;  // removed only when empty: others may have put something there
-  std::vector<std::filesystem::path> written_;
+  std::vector<std::filesystem::path> new_folders_;
+  std::vector<io::OutputFile> files_;
 };
 
 }  // namespace fransac::cli

@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <cstddef>
-#include <cstdio>
 #include <string_view>
+
+#include "fransac/core/printable.hpp"
+#include "output.hpp"
 
 namespace fransac::cli {
 
@@ -23,15 +25,16 @@ class Progress {
     ++done_;
     if (!shown_) return;
     clear();
-    fmt::print(stderr, "[{}/{}] {}", done_, total_, what);
-    std::fflush(stderr);
+    write_stderr(fmt::format("[{}/{}] {}", done_, total_, printable(what, kLongestName)));
   }
   /// Wipes the line, before something else is printed.
   void clear() const {
-    if (shown_) std::fputs("\r\033[K", stderr);
+    if (shown_) write_stderr("\r\033[K");
   }
 
  private:
+  static constexpr std::size_t kLongestName = 60;  // bytes, of a line of a terminal
+
   std::size_t total_;
   std::size_t done_ = 0;
   bool shown_;

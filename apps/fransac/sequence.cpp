@@ -131,7 +131,7 @@ class Follower {
     if (!stopped && !source_.error().empty()) throw Failure(source_.error());
     if (!stopped && totals_.followed() == 0) throw Failure("no frame could be used");
     totals_.total_ms = milliseconds_since(start);
-    return std::move(totals_);
+    return totals_;
   }
 
  private:
@@ -160,9 +160,9 @@ class Follower {
   }
 
   void count(const FollowedFrame& frame) {
-    totals_.decode_ms.push_back(frame.decode_ms);
-    totals_.work_ms.push_back(frame.work_ms());
-    (frame.warm ? totals_.warm_ms : totals_.cold_ms).push_back(frame.segmentation->timing.total_ms);
+    totals_.decode_ms.add(frame.decode_ms);
+    totals_.work_ms.add(frame.work_ms());
+    (frame.warm ? totals_.warm_ms : totals_.cold_ms).add(frame.segmentation->timing.total_ms);
   }
 
   Status segment_and_track(const Slot& slot, FollowedFrame& frame) {

@@ -16,6 +16,7 @@
 #include "fransac/planes/segment.hpp"
 #include "fransac/track/tracker.hpp"
 #include "options.hpp"
+#include "statistics.hpp"
 
 namespace fransac::cli {
 
@@ -56,12 +57,12 @@ struct FollowedFrame {
 struct FollowTotals {
   std::size_t skipped = 0;
   double total_ms = 0.0;
-  std::vector<double> decode_ms;  ///< Of each frame that was followed, as the next.
-  std::vector<double> work_ms;
-  std::vector<double> cold_ms;  ///< Times to segment: of frames from cold, and
-  std::vector<double> warm_ms;  ///< of frames with a warm start.
+  QuantileSketch decode_ms;  ///< Of all frames that were followed, as the next: a stream may never end.
+  QuantileSketch work_ms;
+  QuantileSketch cold_ms;  ///< Times to segment: of frames from cold, and
+  QuantileSketch warm_ms;  ///< of frames with a warm start.
 
-  [[nodiscard]] std::size_t followed() const { return work_ms.size(); }
+  [[nodiscard]] std::size_t followed() const { return work_ms.count(); }
 };
 
 struct FollowHooks {

@@ -25,45 +25,50 @@ std::string lower_extension(const std::filesystem::path& file) {
 
 namespace cloud_formats {
 
-Result<PointCloud> decode_cloud(std::span<const std::byte> bytes, const std::string& name) {
+Result<PointCloud> decode_cloud(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
   return guarded(name, [&]() -> Result<PointCloud> {
     std::string_view text = as_text(bytes);
     if (text.empty()) return format_error(name, "is empty");
-    if (text.starts_with("ply\n") || text.starts_with("ply\r")) return decode_ply(bytes, name);
-    return decode_pcd(bytes, name);
+    if (text.starts_with("ply\n") || text.starts_with("ply\r")) return decode_ply(bytes, name, limits);
+    return decode_pcd(bytes, name, limits);
   });
 }
 
 }  // namespace cloud_formats
 
-Result<PointCloud> read_cloud(const std::filesystem::path& file) {
-  const auto bytes = read_file(file);
+Result<PointCloud> read_cloud(const std::filesystem::path& file, const ReadLimits& limits) {
+  const auto bytes = read_file(file, limits.max_cloud_file_bytes());
   if (!bytes) return bytes.error();
-  return cloud_formats::decode_cloud(*bytes, file.string());
+  return cloud_formats::decode_cloud(*bytes, file.string(), limits);
+}
+
+Result<std::string> encode_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
+                                 CloudEncoding encoding, std::span<const std::uint16_t> obstacles) {
+  const std::string name = file.string();
+  const std::string extension = lower_extension(file);
+  if (extension != ".pcd" && extension != ".ply") {
+    return file_error(ErrorCode::invalid_argument, file.native(), "the name of a cloud must end in .pcd or .ply");
+  }
+  if (extension == ".ply" && encoding == CloudEncoding::binary_compressed) {
+    return file_error(ErrorCode::invalid_argument, file.native(), "PLY has no binary_compressed encoding");
+  }
+  for (const std::size_t size : {labels.size(), obstacles.size()}) {
+    if (size == 0 || size == cloud.size()) continue;
+    return file_error(ErrorCode::invalid_argument, file.native(),
+                      std::to_string(size) + " labels for " + std::to_string(cloud.size()) + " points");
+  }
+  if (cloud.empty()) return file_error(ErrorCode::no_data, file.native(), "the cloud to write has no points");
+  return guarded(name, [&]() -> Result<std::string> {
+    const cloud_formats::LabelledCloud labelled{cloud, labels, obstacles};
+    if (extension == ".ply") return cloud_formats::encode_ply(labelled, encoding);
+    return cloud_formats::encode_pcd(labelled, encoding, name);
+  });
 }
 
 Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
                    CloudEncoding encoding, std::span<const std::uint16_t> obstacles) {
-  const std::string name = file.string();
-  const std::string extension = lower_extension(file);
-  if (extension != ".pcd" && extension != ".ply") {
-    return Error{ErrorCode::invalid_argument, name + ": the name of a cloud must end in .pcd or .ply"};
-  }
-  if (extension == ".ply" && encoding == CloudEncoding::binary_compressed) {
-    return Error{ErrorCode::invalid_argument, name + ": PLY has no binary_compressed encoding"};
-  }
-  for (const std::size_t size : {labels.size(), obstacles.size()}) {
-    if (size == 0 || size == cloud.size()) continue;
-    return Error{ErrorCode::invalid_argument,
-                 name + ": " + std::to_string(size) + " labels for " + std::to_string(cloud.size()) + " points"};
-  }
-  if (cloud.empty()) return Error{ErrorCode::no_data, name + ": the cloud to write has no points"};
-  return guarded(name, [&]() -> Status {
-    const cloud_formats::LabelledCloud labelled{cloud, labels, obstacles};
-    const auto text = extension == ".ply" ? Result(cloud_formats::encode_ply(labelled, encoding))
-                                          : cloud_formats::encode_pcd(labelled, encoding, name);
-    return text ? write_file(file, std::string_view(*text)) : text.error();
-  });
+  const Result<std::string> text = encode_cloud(file, cloud, labels, encoding, obstacles);
+  return text ? write_file(file, std::string_view(*text)) : text.error();
 }
 
 }  // namespace fransac::io

@@ -14,10 +14,10 @@
 
 namespace fransac::io::cloud_formats {
 
-Result<PointCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name);
-Result<PointCloud> decode_ply(std::span<const std::byte> bytes, const std::string& name);
+Result<PointCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
+Result<PointCloud> decode_ply(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
 /// Either, found from the content.
-Result<PointCloud> decode_cloud(std::span<const std::byte> bytes, const std::string& name);
+Result<PointCloud> decode_cloud(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
 
 /// What is written: a cloud with points, planes' labels and obstacles' ids, each one per point or none at all.
 struct LabelledCloud {

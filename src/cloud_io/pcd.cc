@@ -20,6 +20,7 @@
 #include "cloud_io/assemble.h"
 #include "cloud_io/formats.h"
 #include "cloud_io/text.h"
+#include "io/guard.h"
 
 namespace fransac::io::cloud_formats {
 namespace {
@@ -80,7 +81,8 @@ Result<Entries> read_entries(std::string_view text, const std::string& name) {
     const std::string_view keyword = tokens[0];
     if (std::find(kKeywords.begin(), kKeywords.end(), keyword) == kKeywords.end()) {
       if (entries.values.empty()) return format_error(name, "is neither a PCD nor a PLY file");
-      return format_error(name, "line " + std::to_string(lines.number()) + ": no PCD header line starts with " + quoted(keyword));
+      return format_error(name,
+                          "line " + std::to_string(lines.number()) + ": no PCD header line starts with " + quoted_text(keyword));
     }
     tokens.erase(tokens.begin());
     if (!entries.values.emplace(keyword, std::move(tokens)).second) {
@@ -107,7 +109,8 @@ Result<std::optional<std::vector<std::uint64_t>>> read_counts(const Entries& ent
   std::vector<std::uint64_t> counts;
   for (const std::string_view token : *tokens) {
     const auto count = parse_count(token);
-    if (!count) return format_error(name, std::string(keyword) + " " + quoted(token) + " is not a number from 0 to 2147483647");
+    if (!count)
+      return format_error(name, std::string(keyword) + " " + quoted_text(token) + " is not a number from 0 to 2147483647");
     counts.push_back(*count);
   }
   return std::optional(std::move(counts));
@@ -124,7 +127,7 @@ Status check_type(const Field& field, const std::string& name) {
       (field.type == 'I' || field.type == 'U') && (field.size == 1 || field.size == 2 || field.size == 4 || field.size == 8);
   const bool real = field.type == 'F' && (field.size == 4 || field.size == 8);
   if (integer || real) return {};
-  return format_error(name, "field " + quoted(field.name) + ": TYPE " + quoted({&field.type, 1}) + " with SIZE " +
+  return format_error(name, "field " + quoted_text(field.name) + ": TYPE " + quoted_text({&field.type, 1}) + " with SIZE " +
                                 std::to_string(field.size) + " is no PCD type");
 }
 
@@ -150,7 +153,7 @@ Status read_fields(const Entries& entries, Header& header, const std::string& na
       field.type = (*types)[i].size() == 1 ? (*types)[i][0] : '?';
     }
     if (counts->has_value()) field.count = (**counts)[i];
-    if (field.count == 0) return format_error(name, "field " + quoted(field.name) + ": COUNT is 0");
+    if (field.count == 0) return format_error(name, "field " + quoted_text(field.name) + ": COUNT is 0");
     if (auto status = check_type(field, name); !status) return status;
     field.offset = header.point_bytes;
     field.column = header.columns;
@@ -166,14 +169,14 @@ Status find_axes(Header& header, const std::string& name) {
   std::set<std::string_view> seen;
   for (const Field& field : header.fields) {
     if (field.name != kPadding && !seen.insert(field.name).second)
-      return format_error(name, "a second field " + quoted(field.name));
+      return format_error(name, "a second field " + quoted_text(field.name));
   }
   for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
     const auto found =
         std::find_if(header.fields.begin(), header.fields.end(), [&](const Field& field) { return field.name == kAxes[axis]; });
-    if (found == header.fields.end()) return format_error(name, "has no field " + quoted(kAxes[axis]));
+    if (found == header.fields.end()) return format_error(name, "has no field " + quoted_text(kAxes[axis]));
     if (found->type != 'F' || found->count != 1) {
-      return format_error(name, "field " + quoted(kAxes[axis]) + " is not one float or double");
+      return format_error(name, "field " + quoted_text(kAxes[axis]) + " is not one float or double");
     }
     header.axes[axis] = static_cast<std::size_t>(found - header.fields.begin());
   }
@@ -243,12 +246,12 @@ std::uint32_t read_u32(std::string_view bytes, std::size_t offset) {
 }
 
 /// Everything that PCL's decoders take on trust.
-Status check_binary_body(const Header& header, const std::string& name) {
+Status check_binary_body(const Header& header, const ReadLimits& limits, const std::string& name) {
   const std::uint64_t expanded = header.points() * header.point_bytes;
   const std::size_t there = header.body.size();
   if (header.encoding == CloudEncoding::binary) {
     if (expanded > there) return format_error(name, bytes_wanted(header.points(), expanded, there));
-    return {};
+    return check_points(header.points(), limits, name);
   }
   if (there < kCompressedPrefix) return format_error(name, "the compressed data's sizes are missing");
   const std::uint64_t compressed = read_u32(header.body, 0);
@@ -262,6 +265,11 @@ Status check_binary_body(const Header& header, const std::string& name) {
   }
   if (expanded > compressed * kLzfLargestExpansion) {
     return format_error(name, std::to_string(compressed) + " compressed bytes cannot hold " + std::to_string(expanded));
+  }
+  if (Status status = check_points(header.points(), limits, name); !status) return status;
+  if (expanded > limits.max_decoded_bytes()) {
+    return format_error(name, "the compressed data expands to " + std::to_string(expanded) + " bytes: more than the limit of " +
+                                  std::to_string(limits.max_decoded_bytes()) + " (--max-size)");
   }
   for (const Field& field : header.fields) {
     // PCL's writer leaves padding out and its reader then misplaces every point.
@@ -326,8 +334,8 @@ double load(const std::uint8_t* bytes) {
   return static_cast<double>(value);
 }
 
-Result<PointCloud> decode_binary(const Header& header, const std::string& name) {
-  if (const auto status = check_binary_body(header, name); !status) return status.error();
+Result<PointCloud> decode_binary(const Header& header, const ReadLimits& limits, const std::string& name) {
+  if (const auto status = check_binary_body(header, limits, name); !status) return status.error();
   pcl::PCLPointCloud2 blob = empty_blob(header);
   {
     const QuietPcl quiet;
@@ -363,7 +371,7 @@ std::string parse_point(const Header& header, std::string_view line, Eigen::Vect
     for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
       if (header.fields[header.axes[axis]].column != column) continue;
       const auto value = parse_real(word);
-      if (!value) return std::string(kAxes[axis]) + " is " + quoted(word) + ", not a number";
+      if (!value) return std::string(kAxes[axis]) + " is " + quoted_text(word) + ", not a number";
       point[static_cast<Eigen::Index>(axis)] = *value;
     }
   }
@@ -371,10 +379,11 @@ std::string parse_point(const Header& header, std::string_view line, Eigen::Vect
   return std::to_string(column) + " values, expected " + std::to_string(header.columns);
 }
 
-Result<PointCloud> decode_ascii(const Header& header, const std::string& name) {
+Result<PointCloud> decode_ascii(const Header& header, const ReadLimits& limits, const std::string& name) {
   // A number has at least one character and one blank or line end behind it, but for the last.
   const std::uint64_t wanted = header.points() * header.columns * 2 - 1;
   if (wanted > header.body.size()) return format_error(name, bytes_wanted(header.points(), wanted, header.body.size()));
+  if (const Status status = check_points(header.points(), limits, name); !status) return status.error();
   std::vector<Eigen::Vector3d> points;
   points.reserve(header.points());
   Lines lines(header.body, header.lines);
@@ -464,11 +473,11 @@ std::string ascii_body(const LabelledCloud& labelled) {
 
 }  // namespace
 
-Result<PointCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name) {
+Result<PointCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
   const auto header = read_header(as_text(bytes), name);
   if (!header) return header.error();
   if (header->points() == 0) return PointCloud();
-  return header->encoding == CloudEncoding::ascii ? decode_ascii(*header, name) : decode_binary(*header, name);
+  return header->encoding == CloudEncoding::ascii ? decode_ascii(*header, limits, name) : decode_binary(*header, limits, name);
 }
 
 Result<std::string> encode_pcd(const LabelledCloud& labelled, CloudEncoding encoding, const std::string& name) {
@@ -487,7 +496,7 @@ Result<std::string> encode_pcd(const LabelledCloud& labelled, CloudEncoding enco
   }
   std::ostringstream stream;
   if (writer.writeBinaryCompressed(stream, blob, no_translation, no_rotation) < 0 || !stream) {
-    return Error{ErrorCode::unsupported, name + ": the cloud is too large for binary_compressed; binary has no such limit"};
+    return file_error(ErrorCode::unsupported, name, "the cloud is too large for binary_compressed; binary has no such limit");
   }
   return std::move(stream).str();
 }

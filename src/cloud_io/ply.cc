@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -20,6 +21,8 @@
 
 namespace fransac::io::cloud_formats {
 namespace {
+
+constexpr std::size_t kNameBytes = 48;  // of an element in messages
 
 enum class Encoding { ascii, little_endian, big_endian };
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
@@ -82,12 +85,14 @@ struct Element {
   std::string_view name;
   std::uint64_t count = 0;
   std::vector<Property> properties;
+  std::set<std::string_view> names;  ///< Of the properties.
 };
 
 struct Header {
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
-  std::uint64_t columns = 0;  ///< From obj_info; 0: not given.
+  std::set<std::string_view> names;  ///< Of the elements.
+  std::uint64_t columns = 0;         ///< From obj_info; 0: not given.
   std::uint64_t rows = 0;
   std::string_view body;
 };
@@ -103,7 +108,7 @@ Status read_format(const std::vector<std::string_view>& tokens, Header& header, 
   } else if (tokens[1] == "binary_big_endian") {
     header.encoding = Encoding::big_endian;
   } else {
-    return format_error(place, quoted(tokens[1]) + " is no encoding of PLY");
+    return format_error(place, quoted_text(tokens[1]) + " is no encoding of PLY");
   }
   return {};
 }
@@ -111,10 +116,8 @@ Status read_format(const std::vector<std::string_view>& tokens, Header& header, 
 Status read_element(const std::vector<std::string_view>& tokens, Header& header, const std::string& place) {
   const auto count = tokens.size() == 3 ? parse_count(tokens[2]) : std::nullopt;
   if (!count) return format_error(place, "expected 'element NAME COUNT' with a count from 0 to 2147483647");
-  for (const Element& element : header.elements) {
-    if (element.name == tokens[1]) return format_error(place, "a second element " + quoted(tokens[1]));
-  }
-  header.elements.push_back({.name = tokens[1], .count = *count, .properties = {}});
+  if (!header.names.insert(tokens[1]).second) return format_error(place, "a second element " + quoted_text(tokens[1]));
+  header.elements.push_back({.name = tokens[1], .count = *count, .properties = {}, .names = {}});
   return {};
 }
 
@@ -143,18 +146,16 @@ Status read_property(const std::vector<std::string_view>& tokens, Header& header
   const bool list = tokens.size() == 5 && tokens[1] == "list";
   if (!list && tokens.size() != 3) return format_error(place, "expected 'property TYPE NAME' or 'property list TYPE TYPE NAME'");
   const auto type = find_type(tokens[tokens.size() - 2]);
-  if (!type) return format_error(place, quoted(tokens[tokens.size() - 2]) + " is no type of PLY");
+  if (!type) return format_error(place, quoted_text(tokens[tokens.size() - 2]) + " is no type of PLY");
   property.type = *type;
   property.name = tokens.back();
   if (list) {
     property.list_count = find_type(tokens[2]);
     if (!property.list_count || is_real(*property.list_count)) {
-      return format_error(place, quoted(tokens[2]) + " cannot count a list's values");
+      return format_error(place, quoted_text(tokens[2]) + " cannot count a list's values");
     }
   }
-  for (const Property& other : element.properties) {
-    if (other.name == property.name) return format_error(place, "a second property " + quoted(property.name));
-  }
+  if (!element.names.insert(property.name).second) return format_error(place, "a second property " + quoted_text(property.name));
   if (!list) property.role = role_of(element.name, property.name);
   element.properties.push_back(property);
   return {};
@@ -175,7 +176,7 @@ Status read_header_line(const std::vector<std::string_view>& tokens, Header& hea
     read_obj_info(tokens, header);
     return {};
   }
-  return tokens[0] == "comment" ? Status() : format_error(place, "no PLY header line starts with " + quoted(tokens[0]));
+  return tokens[0] == "comment" ? Status() : format_error(place, "no PLY header line starts with " + quoted_text(tokens[0]));
 }
 
 Status check_vertex(const Header& header, const std::string& name) {
@@ -184,9 +185,9 @@ Status check_vertex(const Header& header, const std::string& name) {
     for (const std::string_view axis : {"x", "y", "z"}) {
       const auto found = std::find_if(element.properties.begin(), element.properties.end(),
                                       [&](const Property& property) { return property.name == axis; });
-      if (found == element.properties.end()) return format_error(name, "the vertices have no property " + quoted(axis));
+      if (found == element.properties.end()) return format_error(name, "the vertices have no property " + quoted_text(axis));
       if (found->list_count || !is_real(found->type)) {
-        return format_error(name, "the vertices' property " + quoted(axis) + " is not a float or a double");
+        return format_error(name, "the vertices' property " + quoted_text(axis) + " is not a float or a double");
       }
     }
     return {};
@@ -312,22 +313,26 @@ bool walk_property(Values& values, const Property& property, Collected& collecte
 }
 
 template <class Values>
-Status walk_element(Values& values, const Element& element, Collected& collected, const std::string& name) {
+Status walk_element(Values& values, const Element& element, const ReadLimits& limits, Collected& collected,
+                    const std::string& name) {
   std::uint64_t fewest_bytes = 0;
   for (const Property& property : element.properties)
     fewest_bytes += Values::fewest_bytes(property.list_count.value_or(property.type));
   if (fewest_bytes == 0) return {};
   if (element.count > values.bytes_left() / fewest_bytes) {
-    return format_error(name, "is too short for " + std::to_string(element.count) + " of element " + quoted(element.name));
+    return format_error(name, "is too short for " + std::to_string(element.count) + " of element " + quoted_text(element.name));
   }
   const bool is_vertex = element.name == "vertex";
-  if (is_vertex) collected.points.reserve(element.count);
+  if (is_vertex) {
+    if (Status status = check_points(element.count, limits, name); !status) return status;
+    collected.points.reserve(element.count);
+  }
   for (std::uint64_t i = 0; i < element.count; ++i) {
     if (is_vertex) collected.points.emplace_back();
     for (const Property& property : element.properties) {
       if (walk_property(values, property, collected)) continue;
-      return format_error(
-          name, std::string(element.name) + " " + std::to_string(i) + ": property " + quoted(property.name) + " cannot be read");
+      return format_error(name, printable(element.name, kNameBytes) + " " + std::to_string(i) + ": property " +
+                                    quoted_text(property.name) + " cannot be read");
     }
   }
   return {};
@@ -344,10 +349,10 @@ Extent extent_of(const Header& header, const Collected& collected) {
 }
 
 template <class Values>
-Result<PointCloud> decode_body(Values values, const Header& header, const std::string& name) {
+Result<PointCloud> decode_body(Values values, const Header& header, const ReadLimits& limits, const std::string& name) {
   Collected collected;
   for (const Element& element : header.elements) {
-    if (const auto status = walk_element(values, element, collected, name); !status) return status.error();
+    if (const auto status = walk_element(values, element, limits, collected, name); !status) return status.error();
   }
   if (!values.at_end()) return format_error(name, "has more data than its header says");
   const auto [width, height] = extent_of(header, collected);
@@ -409,12 +414,13 @@ class VertexWriter {
 
 }  // namespace
 
-Result<PointCloud> decode_ply(std::span<const std::byte> bytes, const std::string& name) {
+Result<PointCloud> decode_ply(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
   const auto header = read_header(as_text(bytes), name);
   if (!header) return header.error();
-  if (header->encoding == Encoding::ascii) return decode_body(AsciiValues(header->body), *header, name);
+  if (header->encoding == Encoding::ascii) return decode_body(AsciiValues(header->body), *header, limits, name);
   const bool is_little = header->encoding == Encoding::little_endian;
-  return decode_body(BinaryValues(header->body, is_little != (std::endian::native == std::endian::little)), *header, name);
+  return decode_body(BinaryValues(header->body, is_little != (std::endian::native == std::endian::little)), *header, limits,
+                     name);
 }
 
 std::string encode_ply(const LabelledCloud& labelled, CloudEncoding encoding) {

@@ -7,11 +7,12 @@
 #include <cmath>
 #include <limits>
 
+#include "io/guard.h"
+
 namespace fransac::io::cloud_formats {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n\v\f";
-constexpr std::size_t kQuotedLength = 32;  // Enough to find the word again; keeps a message on one line.
 
 template <class Real>
 void append_shortest(std::string& text, Real value) {
@@ -70,12 +71,12 @@ std::optional<std::uint64_t> parse_count(std::string_view word) {
 void append_real(std::string& text, float value) { append_shortest(text, value); }
 void append_real(std::string& text, double value) { append_shortest(text, value); }
 
-std::string quoted(std::string_view word) {
-  std::string result = "'";
-  for (const char c : word.substr(0, kQuotedLength)) result += c >= ' ' && c <= '~' ? c : '?';
-  return result + (word.size() > kQuotedLength ? "…'" : "'");
-}
+Error format_error(const std::string& name, const std::string& what) { return file_error(ErrorCode::format, name, what); }
 
-Error format_error(const std::string& name, const std::string& what) { return {ErrorCode::format, name + ": " + what}; }
+Status check_points(std::uint64_t points, const ReadLimits& limits, const std::string& name) {
+  if (points <= limits.max_size) return {};
+  return format_error(
+      name, std::to_string(points) + " points: more than the limit of " + std::to_string(limits.max_size) + " (--max-size)");
+}
 
 }  // namespace fransac::io::cloud_formats

@@ -10,7 +10,9 @@
 #include <string_view>
 #include <vector>
 
+#include "fransac/core/printable.hpp"
 #include "fransac/core/result.hpp"
+#include "fransac/io/limits.hpp"
 
 namespace fransac::io::cloud_formats {
 
@@ -48,9 +50,8 @@ std::optional<std::uint64_t> parse_count(std::string_view word);
 void append_real(std::string& text, float value);
 void append_real(std::string& text, double value);
 
-/// A word of the input, fit to stand in a message: in quotes, short, printable.
-std::string quoted(std::string_view word);
-
 Error format_error(const std::string& name, const std::string& what);
+/// A format error when a header promises more points than are read.
+Status check_points(std::uint64_t points, const ReadLimits& limits, const std::string& name);
 
 }  // namespace fransac::io::cloud_formats

@@ -28,7 +28,7 @@ Result<Camera> camera_from_json(const nlohmann::json& object, const std::string&
     if (!read) return read.error();
     *value = *read;
   }
-  if (const Status status = validate(camera); !status) return Error{ErrorCode::format, name + ": " + status.error().message};
+  if (const Status status = validate(camera); !status) return file_error(ErrorCode::format, name, status.error().message);
   return camera;
 }
 

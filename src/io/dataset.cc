@@ -110,7 +110,8 @@ Result<DatasetJson> read_dataset_json(const fs::path& file) {
 Status describe(Dataset& dataset, std::initializer_list<fs::path> folders) {
   for (const fs::path& folder : folders) {
     if (!is_file(folder / "dataset.json")) continue;
-    Result<DatasetJson> json = read_dataset_json(folder / "dataset.json");
+    dataset.files.push_back(folder / "dataset.json");
+    Result<DatasetJson> json = read_dataset_json(dataset.files.back());
     if (!json) return json.error();
     dataset.truth = json->truth;
     dataset.sensor = std::move(json->sensor);
@@ -171,6 +172,9 @@ bool is_depth_of_its_folder(const TumEntry& entry) {
 }
 
 Status list_tum(const fs::path& folder, Dataset& dataset) {
+  for (const char* const name : {"depth.txt", "rgb.txt", "groundtruth.txt"}) {
+    if (is_file(folder / name)) dataset.files.push_back(folder / name);
+  }
   const Result<std::vector<TumEntry>> depth = read_tum_list(folder / "depth.txt");
   if (!depth) return depth.error();
   const Result<std::vector<TumEntry>> colour =
@@ -199,7 +203,7 @@ Status list_kind(const fs::path& input, Dataset& dataset) {
     case InputKind::pcd:
     case InputKind::ply: break;
   }
-  return Error{ErrorCode::invalid_argument, input.string() + ": a point cloud, which has no depth frames"};
+  return file_error(ErrorCode::invalid_argument, input.native(), "a point cloud, which has no depth frames");
 }
 
 }  // namespace
@@ -212,7 +216,7 @@ Result<Dataset> list_frames(const fs::path& input) {
     dataset.kind = *kind;
     dataset.name = folder_name(*kind == InputKind::depth_png ? fs::absolute(input).parent_path() : input);
     if (const Status status = list_kind(input, dataset); !status) return status.error();
-    if (dataset.frames.empty()) return Error{ErrorCode::no_data, input.string() + ": holds no frame"};
+    if (dataset.frames.empty()) return file_error(ErrorCode::no_data, input.native(), "holds no frame");
     return dataset;
   });
 }

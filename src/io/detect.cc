@@ -43,7 +43,7 @@ std::optional<InputKind> kind_of_name(const fs::path& file) {
   return std::nullopt;
 }
 
-Error unknown(const fs::path& input, const std::string& what) { return {ErrorCode::format, input.string() + ": " + what}; }
+Error unknown(const fs::path& input, const std::string& what) { return file_error(ErrorCode::format, input.native(), what); }
 
 Result<InputKind> kind_of_file(const fs::path& file) {
   const Result<std::vector<std::byte>> head = read_head(file, kHeadBytes);
@@ -94,7 +94,7 @@ Result<std::vector<fs::path>> sorted_entries(const fs::path& folder) {
   for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
     entries.push_back(entry->path());
   }
-  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message()};
+  if (error) return file_error(ErrorCode::io, folder.native(), error.message());
   std::sort(entries.begin(), entries.end());
   return entries;
 }
@@ -117,7 +117,7 @@ Result<InputKind> detect_kind(const fs::path& input) {
     const fs::file_status status = fs::status(input, error);
     if (!fs::status_known(status) || !fs::exists(status)) {
       if (!error) error = std::make_error_code(std::errc::no_such_file_or_directory);
-      return Error{ErrorCode::io, input.string() + ": " + error.message()};
+      return file_error(ErrorCode::io, input.native(), error.message());
     }
     if (fs::is_directory(status)) return kind_of_folder(input);
     if (fs::is_regular_file(status)) return kind_of_file(input);

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxTruthBytes = std::size_t{1} << 20;  // 254 planes
 
-Error format_error(const fs::path& file, const std::string& what) { return {ErrorCode::format, file.string() + ": " + what}; }
+Error format_error(const fs::path& file, const std::string& what) { return file_error(ErrorCode::format, file.native(), what); }
 
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
@@ -24,14 +24,14 @@ Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>&
   const std::optional<fs::path>& source = camera_file ? camera_file : files.camera_file;
   if (!source && !files.camera) {
     const std::string searched = files.timestamp_s ? "camera.json in the sequence's folder, which is not named after freiburg1..3"
-                                                   : (files.depth.parent_path() / "camera.json").string();
-    return Error{ErrorCode::no_data,
-                 files.depth.string() + ": no camera: there is no " + searched + ", and none was given (--camera)"};
+                                                   : printable((files.depth.parent_path() / "camera.json").native());
+    return file_error(ErrorCode::no_data, files.depth.native(),
+                      "no camera: there is no " + searched + ", and none was given (--camera)");
   }
   Result<Camera> camera = source ? read_camera_json(*source) : *files.camera;
   if (camera && (camera->width != depth.width || camera->height != depth.height)) {
     return format_error(source.value_or(files.depth), "the camera is for " + size_text(camera->width, camera->height) +
-                                                          " pixels, but " + files.depth.string() + " has " +
+                                                          " pixels, but " + printable(files.depth.native()) + " has " +
                                                           size_text(depth.width, depth.height));
   }
   return camera;
@@ -39,14 +39,14 @@ Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>&
 
 /// Loads an image of the depth image's size with `read`, where there is one.
 template <class Image>
-Status load_image(const std::optional<fs::path>& file, Result<Image> (*read)(const fs::path&), const FrameFiles& files,
-                  const DepthImage& depth, std::optional<Image>& loaded) {
+Status load_image(const std::optional<fs::path>& file, Result<Image> (*read)(const fs::path&, const ReadLimits&),
+                  const FrameFiles& files, const DepthImage& depth, std::optional<Image>& loaded) {
   if (!file) return {};
-  Result<Image> image = read(*file);
+  Result<Image> image = read(*file, files.limits);
   if (!image) return image.error();
   if (image->width != depth.width || image->height != depth.height) {
-    return format_error(*file, "has " + size_text(image->width, image->height) + " pixels, but " + files.depth.string() +
-                                   " has " + size_text(depth.width, depth.height));
+    return format_error(*file, "has " + size_text(image->width, image->height) + " pixels, but " +
+                                   printable(files.depth.native()) + " has " + size_text(depth.width, depth.height));
   }
   loaded = *std::move(image);
   return {};
@@ -65,7 +65,7 @@ Status load_truth(const FrameFiles& files, Frame& frame) {
 
 /// Everything that could be refused, before the first file is written.
 Status check_frame(const fs::path& folder, const FrameToWrite& frame) {
-  const auto refuse = [&](const std::string& what) { return Error{ErrorCode::invalid_argument, folder.string() + ": " + what}; };
+  const auto refuse = [&](const std::string& what) { return file_error(ErrorCode::invalid_argument, folder.native(), what); };
   const auto fits = [&](const auto& image, int channels) {
     return image.width == frame.camera.width && image.height == frame.camera.height && image.channels == channels &&
            image.pixels.size() == image.size() * static_cast<std::size_t>(channels);
@@ -82,7 +82,7 @@ Status write_frame_files(const fs::path& folder, const FrameToWrite& frame) {
   if (Status status = check_frame(folder, frame); !status) return status;
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message()};
+  if (error) return file_error(ErrorCode::io, folder.native(), error.message());
   if (Status status = write_png(folder / "depth.png", frame.depth); !status) return status;
   if (Status status = write_file(folder / "camera.json", camera_to_json(frame.camera)); !status) return status;
   if (frame.labels) {
@@ -102,7 +102,7 @@ Status write_frame_files(const fs::path& folder, const FrameToWrite& frame) {
 
 Result<Frame> load_frame(const FrameFiles& files, const std::optional<fs::path>& camera_file) {
   return guarded(files.depth.native(), [&]() -> Result<Frame> {
-    Result<DepthImage> depth = read_depth_png(files.depth);
+    Result<DepthImage> depth = read_depth_png(files.depth, files.limits);
     if (!depth) return depth.error();
     const Result<Camera> camera = camera_of(files, camera_file, *depth);
     if (!camera) return camera.error();

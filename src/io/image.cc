@@ -17,8 +17,6 @@
 namespace fransac::io {
 namespace {
 
-// No picture file that a reader accepts is larger: kMaxImagePixels colour pixels, barely compressed.
-constexpr std::size_t kMaxImageFileBytes = std::size_t{1} << 30;
 // A colour profile or a text in a picture may be as large; a zlib bomb in one ends here.
 constexpr std::size_t kMaxChunkBytes = std::size_t{1} << 24;
 constexpr std::size_t kMaxChunkCacheBytes = std::size_t{1} << 26;
@@ -34,7 +32,7 @@ constexpr std::string_view kJpegSignature = "\xff\xd8\xff";
 using PngContext = std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)>;
 using JpegDecoder = std::unique_ptr<void, decltype(&tjDestroy)>;
 
-Error format_error(const std::string& name, const std::string& what) { return {ErrorCode::format, name + ": " + what}; }
+Error format_error(const std::string& name, const std::string& what) { return file_error(ErrorCode::format, name, what); }
 
 /// What a picture that is not wanted is, for messages: "8-bit RGB PNG".
 std::string describe(const spng_ihdr& header) {
@@ -61,10 +59,13 @@ std::uint64_t raw_bits_per_pixel(const spng_ihdr& header) {
 
 /// The sizes that a header promises, checked before memory is taken. `needed_bytes`: the shortest file that can hold them.
 Status check_size(std::uint64_t width, std::uint64_t height, std::uint64_t needed_bytes, std::size_t file_bytes,
-                  const std::string& name) {
+                  const ReadLimits& limits, const std::string& name) {
   const std::string size = std::to_string(width) + "x" + std::to_string(height) + " pixels";
-  if (width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide || width * height > kMaxImagePixels) {
+  if (width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide) {
     return format_error(name, size + ": larger than any accepted picture");
+  }
+  if (width * height > limits.max_size) {
+    return format_error(name, size + ": more than the limit of " + std::to_string(limits.max_size) + " (--max-size)");
   }
   if (needed_bytes > file_bytes) return format_error(name, "too short for its " + size);
   return {};
@@ -76,7 +77,7 @@ struct PngReader {
   spng_ihdr header;
 };
 
-Result<PngReader> open_png(std::span<const std::byte> bytes, const std::string& name) {
+Result<PngReader> open_png(std::span<const std::byte> bytes, const ReadLimits& limits, const std::string& name) {
   if (as_text(bytes).starts_with(kJpegSignature)) return format_error(name, "is a JPEG, not a PNG");
   if (!as_text(bytes).starts_with(kPngSignature)) return format_error(name, "is not a PNG");
   PngReader reader{PngContext(spng_ctx_new(0), &spng_ctx_free), {}};
@@ -89,7 +90,8 @@ Result<PngReader> open_png(std::span<const std::byte> bytes, const std::string& 
   if (error != 0) return format_error(name, std::string("broken PNG: ") + spng_strerror(error));
   const spng_ihdr& header = reader.header;
   const std::uint64_t raw_bytes = std::uint64_t{header.width} * header.height * raw_bits_per_pixel(header) / 8;
-  if (Status status = check_size(header.width, header.height, raw_bytes / kMaxDeflateFactor, bytes.size(), name); !status) {
+  if (Status status = check_size(header.width, header.height, raw_bytes / kMaxDeflateFactor, bytes.size(), limits, name);
+      !status) {
     return status.error();
   }
   // spng does not ask for the end chunk's checksum.
@@ -110,9 +112,10 @@ Result<Image<T>> decode_png(const PngReader& reader, int format, int channels, c
 }
 
 template <class T>
-Result<Image<T>> decode_grey_png(std::span<const std::byte> bytes, const std::string& name, std::string_view wanted) {
+Result<Image<T>> decode_grey_png(std::span<const std::byte> bytes, const ReadLimits& limits, const std::string& name,
+                                 std::string_view wanted) {
   return guarded(name, [&]() -> Result<Image<T>> {
-    const Result<PngReader> reader = open_png(bytes, name);
+    const Result<PngReader> reader = open_png(bytes, limits, name);
     if (!reader) return reader.error();
     if (reader->header.color_type != SPNG_COLOR_TYPE_GRAYSCALE || reader->header.bit_depth != 8 * sizeof(T)) {
       return format_error(name, describe(reader->header) + ", not " + std::string(wanted));
@@ -121,7 +124,7 @@ Result<Image<T>> decode_grey_png(std::span<const std::byte> bytes, const std::st
   });
 }
 
-Result<ColourImage> decode_jpeg(std::span<const std::byte> bytes, const std::string& name) {
+Result<ColourImage> decode_jpeg(std::span<const std::byte> bytes, const ReadLimits& limits, const std::string& name) {
   const JpegDecoder decoder(tjInitDecompress(), &tjDestroy);
   if (decoder == nullptr) throw std::bad_alloc();
   const auto broken = [&] { return format_error(name, std::string("broken JPEG: ") + tjGetErrorStr2(decoder.get())); };
@@ -134,7 +137,7 @@ Result<ColourImage> decode_jpeg(std::span<const std::byte> bytes, const std::str
   }
   const auto width = static_cast<std::uint64_t>(image.width);
   const auto height = static_cast<std::uint64_t>(image.height);
-  if (Status status = check_size(width, height, width * height / kMaxJpegPixelsPerByte, bytes.size(), name); !status) {
+  if (Status status = check_size(width, height, width * height / kMaxJpegPixelsPerByte, bytes.size(), limits, name); !status) {
     return status.error();
   }
   image.pixels.resize(image.size() * 3);
@@ -147,11 +150,11 @@ Result<ColourImage> decode_jpeg(std::span<const std::byte> bytes, const std::str
 }
 
 template <class Image>
-Result<Image> read_image(const std::filesystem::path& file,
-                         Result<Image> (*decode)(std::span<const std::byte>, const std::string&)) {
-  const Result<std::vector<std::byte>> bytes = read_file(file, kMaxImageFileBytes);
+Result<Image> read_image(const std::filesystem::path& file, const ReadLimits& limits,
+                         Result<Image> (*decode)(std::span<const std::byte>, const std::string&, const ReadLimits&)) {
+  const Result<std::vector<std::byte>> bytes = read_file(file, limits.max_decoded_bytes());
   if (!bytes) return bytes.error();
-  return guarded(file.native(), [&] { return decode(*bytes, file.string()); });
+  return guarded(file.native(), [&] { return decode(*bytes, file.string(), limits); });
 }
 
 template <class T>
@@ -196,25 +199,23 @@ template <class T>
 Status write_image(const std::filesystem::path& file, const Image<T>& image) {
   const Result<std::vector<std::byte>> bytes = encode_png(image);
   if (!bytes)
-    return guarded(file.native(), [&] {
-      return Status(Error{bytes.error().code, file.string() + ": " + bytes.error().message});
-    });
+    return guarded(file.native(), [&] { return Status(file_error(bytes.error().code, file.native(), bytes.error().message)); });
   return write_file(file, *bytes);
 }
 
 }  // namespace
 
-Result<DepthImage> decode_depth_png(std::span<const std::byte> bytes, const std::string& name) {
-  return decode_grey_png<std::uint16_t>(bytes, name, "a depth image (16-bit greyscale PNG)");
+Result<DepthImage> decode_depth_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
+  return decode_grey_png<std::uint16_t>(bytes, limits, name, "a depth image (16-bit greyscale PNG)");
 }
 
-Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std::string& name) {
-  return decode_grey_png<std::uint8_t>(bytes, name, "a label image (8-bit greyscale PNG)");
+Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
+  return decode_grey_png<std::uint8_t>(bytes, limits, name, "a label image (8-bit greyscale PNG)");
 }
 
-Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const std::string& name) {
+Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
   return guarded(name, [&]() -> Result<ObjectImage> {
-    const Result<PngReader> reader = open_png(bytes, name);
+    const Result<PngReader> reader = open_png(bytes, limits, name);
     if (!reader) return reader.error();
     const bool grey = reader->header.color_type == SPNG_COLOR_TYPE_GRAYSCALE;
     if (grey && reader->header.bit_depth == 16) return decode_png<std::uint16_t>(*reader, SPNG_FMT_PNG, 1, name);
@@ -227,23 +228,27 @@ Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const st
   });
 }
 
-Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const std::string& name) {
+Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
   return guarded(name, [&]() -> Result<ColourImage> {
-    if (as_text(bytes).starts_with(kJpegSignature)) return decode_jpeg(bytes, name);
+    if (as_text(bytes).starts_with(kJpegSignature)) return decode_jpeg(bytes, limits, name);
     if (!as_text(bytes).starts_with(kPngSignature)) return format_error(name, "is neither a JPEG nor a PNG");
-    const Result<PngReader> reader = open_png(bytes, name);
+    const Result<PngReader> reader = open_png(bytes, limits, name);
     if (!reader) return reader.error();
     return decode_png<std::uint8_t>(*reader, SPNG_FMT_RGB8, 3, name);
   });
 }
 
-Result<DepthImage> read_depth_png(const std::filesystem::path& file) { return read_image<DepthImage>(file, &decode_depth_png); }
-Result<LabelImage> read_label_png(const std::filesystem::path& file) { return read_image<LabelImage>(file, &decode_label_png); }
-Result<ObjectImage> read_object_png(const std::filesystem::path& file) {
-  return read_image<ObjectImage>(file, &decode_object_png);
+Result<DepthImage> read_depth_png(const std::filesystem::path& file, const ReadLimits& limits) {
+  return read_image<DepthImage>(file, limits, &decode_depth_png);
 }
-Result<ColourImage> read_colour_image(const std::filesystem::path& file) {
-  return read_image<ColourImage>(file, &decode_colour_image);
+Result<LabelImage> read_label_png(const std::filesystem::path& file, const ReadLimits& limits) {
+  return read_image<LabelImage>(file, limits, &decode_label_png);
+}
+Result<ObjectImage> read_object_png(const std::filesystem::path& file, const ReadLimits& limits) {
+  return read_image<ObjectImage>(file, limits, &decode_object_png);
+}
+Result<ColourImage> read_colour_image(const std::filesystem::path& file, const ReadLimits& limits) {
+  return read_image<ColourImage>(file, limits, &decode_colour_image);
 }
 
 Result<std::vector<std::byte>> encode_png(const DepthImage& image) {

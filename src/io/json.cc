@@ -6,9 +6,12 @@
 #include <set>
 
 #include "fransac/core/labels.hpp"
+#include "io/guard.h"
 
 namespace fransac::io {
 namespace {
+
+constexpr std::size_t kFieldBytes = 64;  // of names in messages
 
 std::string line_of(std::string_view text, std::size_t byte) {
   const std::string_view before = text.substr(0, std::min(byte, text.size()));
@@ -18,7 +21,7 @@ std::string line_of(std::string_view text, std::size_t byte) {
 }  // namespace
 
 Error field_error(const std::string& name, std::string_view field, std::string_view what) {
-  return {ErrorCode::format, name + ": field \"" + std::string(field) + "\" " + std::string(what)};
+  return file_error(ErrorCode::format, name, "field \"" + printable(field, kFieldBytes) + "\" " + std::string(what));
 }
 
 Result<nlohmann::json> parse_json_object(std::string_view text, const std::string& name) {
@@ -35,12 +38,12 @@ Result<nlohmann::json> parse_json_object(std::string_view text, const std::strin
   };
   try {
     json value = json::parse(text.begin(), text.end(), watch);
-    if (!value.is_object()) return Error{ErrorCode::format, name + ": is not a JSON object"};
+    if (!value.is_object()) return file_error(ErrorCode::format, name, "is not a JSON object");
     if (repeated) return field_error(name, *repeated, "appears twice");
     return value;
   } catch (const json::parse_error& error) {
-    const std::string where = last_field.empty() ? "" : ", at or after field \"" + last_field + "\"";
-    return Error{ErrorCode::format, name + ": not valid JSON in " + line_of(text, error.byte) + where};
+    const std::string where = last_field.empty() ? "" : ", at or after field \"" + printable(last_field, kFieldBytes) + "\"";
+    return file_error(ErrorCode::format, name, "not valid JSON in " + line_of(text, error.byte) + where);
   } catch (const json::exception&) {  // a number beyond double
     return field_error(name, last_field, "holds a number that is out of range");
   }

@@ -47,14 +47,14 @@ std::string digits(double number) {
 }
 
 /// A YAML scalar in single quotes, in which a quote is written twice and nothing else has a meaning.
-std::string quoted(const std::string& text) {
+std::string yaml_string(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result.append(c == '\'' ? 2 : 1, c);
   return result + "'";
 }
 
 std::string yaml(const std::string& image, const OccupancyGrid& grid) {
-  return "image: " + quoted(image) + "\nmode: trinary\nresolution: " + digits(grid.resolution_m) + "\norigin: [" +
+  return "image: " + yaml_string(image) + "\nmode: trinary\nresolution: " + digits(grid.resolution_m) + "\norigin: [" +
          digits(grid.origin_m.x()) + ", " + digits(grid.origin_m.y()) +
          ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
 }
@@ -63,16 +63,29 @@ fs::path with_suffix(fs::path base, const char* suffix) { return base += suffix;
 
 }  // namespace
 
-Status write_ros_map(const fs::path& base, const OccupancyGrid& grid) {
-  return guarded(base.native(), [&]() -> Status {
-    if (!base.has_filename()) return Error{ErrorCode::invalid_argument, base.string() + ": names no file"};
-    if (grid.width <= 0 || grid.height <= 0) return Error{ErrorCode::no_data, base.string() + ": the grid has no squares"};
+Result<RosMap> encode_ros_map(const fs::path& base, const OccupancyGrid& grid) {
+  return guarded(base.native(), [&]() -> Result<RosMap> {
+    if (!base.has_filename()) return file_error(ErrorCode::invalid_argument, base.native(), "names no file");
+    if (grid.width <= 0 || grid.height <= 0) return file_error(ErrorCode::no_data, base.native(), "the grid has no squares");
     if (grid.cells.size() != static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height)) {
-      return Error{ErrorCode::invalid_argument, base.string() + ": the grid's cells are not width x height"};
+      return file_error(ErrorCode::invalid_argument, base.native(), "the grid's cells are not width x height");
     }
-    const fs::path image = with_suffix(base, ".pgm");
-    if (Status status = write_file(image, pgm(grid)); !status) return status;
-    return write_file(with_suffix(base, ".yaml"), yaml(image.filename().string(), grid));
+    return RosMap{pgm(grid), yaml(with_suffix(base, ".pgm").filename().string(), grid)};
+  });
+}
+
+Status write_ros_map(const fs::path& base, const OccupancyGrid& grid) {
+  const Result<RosMap> map = encode_ros_map(base, grid);
+  if (!map) return map.error();
+  return guarded(base.native(), [&]() -> Status {
+    Result<OutputFile> image = OutputFile::create(with_suffix(base, ".pgm"));
+    if (!image) return image.error();
+    Result<OutputFile> description = OutputFile::create(with_suffix(base, ".yaml"));
+    if (!description) return description.error();
+    Status status = image->write(map->pgm);
+    if (status) status = description->write(map->yaml);
+    if (status) status = image->commit();
+    return status ? description->commit() : status;
   });
 }
 

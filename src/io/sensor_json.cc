@@ -96,7 +96,7 @@ Result<SensorOptions> sensor_from_json(const nlohmann::json& object, const std::
   if (Status status = read_number(object, "slow", "slow", name, sensor.slow); !status) return status.error();
   if (Status status = read_number(object, "bias_m", "bias_m", name, sensor.bias_m); !status) return status.error();
   if (Status status = read_distortion(object, name, sensor.distortion); !status) return status.error();
-  if (Status status = validate(sensor); !status) return Error{ErrorCode::format, name + ": " + status.error().message};
+  if (Status status = validate(sensor); !status) return file_error(ErrorCode::format, name, status.error().message);
   return sensor;
 }
 

@@ -14,6 +14,7 @@ namespace fransac::io {
 namespace {
 
 constexpr std::size_t kNumbers = 8;
+constexpr std::size_t kMaxTrajectoryBytes = std::size_t{1} << 28;  // three million poses
 
 /// The numbers of a line; nothing when it does not hold just as many.
 std::optional<std::array<double, kNumbers>> parse_numbers(std::string_view line) {
@@ -34,9 +35,7 @@ std::optional<std::array<double, kNumbers>> parse_numbers(std::string_view line)
 Result<std::vector<TimedPose>> parse_trajectory(std::string_view text, const std::string& name) {
   std::vector<TimedPose> poses;
   const Status read = for_each_line(text, [&](std::string_view line, std::size_t number) -> Status {
-    const auto fault = [&](const char* what) {
-      return Error{ErrorCode::format, name + ":" + std::to_string(number) + ": " + what};
-    };
+    const auto fault = [&](const char* what) { return line_error(name, number, what); };
     const auto n = parse_numbers(line);
     if (!n) return fault("is not \"timestamp tx ty tz qx qy qz qw\"");
     const Eigen::Quaterniond q((*n)[7], (*n)[4], (*n)[5], (*n)[6]);
@@ -49,7 +48,7 @@ Result<std::vector<TimedPose>> parse_trajectory(std::string_view text, const std
     return {};
   });
   if (!read) return read.error();
-  if (poses.empty()) return Error{ErrorCode::no_data, name + ": no pose"};
+  if (poses.empty()) return file_error(ErrorCode::no_data, name, "no pose");
   std::stable_sort(poses.begin(), poses.end(),
                    [](const TimedPose& a, const TimedPose& b) { return a.timestamp_s < b.timestamp_s; });
   return poses;
@@ -57,7 +56,7 @@ Result<std::vector<TimedPose>> parse_trajectory(std::string_view text, const std
 
 Result<std::vector<TimedPose>> read_trajectory(const std::filesystem::path& file) {
   return guarded(file.string(), [&]() -> Result<std::vector<TimedPose>> {
-    const Result<std::vector<std::byte>> bytes = read_file(file);
+    const Result<std::vector<std::byte>> bytes = read_file(file, kMaxTrajectoryBytes);
     if (!bytes) return bytes.error();
     return parse_trajectory(as_text(*bytes), file.string());
   });

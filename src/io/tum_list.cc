@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "io/guard.h"
 #include "io/text.h"
 
 namespace fransac::io {
@@ -60,7 +61,7 @@ Result<std::vector<TumEntry>> parse_tum_list(std::string_view text, const std::s
   const Status read = for_each_line(text, [&](std::string_view line, std::size_t number) -> Status {
     TumEntry entry;
     if (const auto fault = parse_line(line, entry)) {
-      return Error{ErrorCode::format, name + ":" + std::to_string(number) + ": " + std::string(*fault)};
+      return line_error(name, number, *fault);
     }
     entries.push_back(std::move(entry));
     return {};

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inputs of the golden cases, good and bad. Every function takes the case's folder and the words after `make KIND`."""
 import json
+import os
 import struct
 import zlib
 
@@ -197,6 +198,27 @@ def lines(folder, name, *content):
 
 def empty_folder(folder, name):
     (folder / name).mkdir()
+
+
+def pipe(folder, name):
+    (folder / name).unlink(missing_ok=True)
+    os.mkfifo(folder / name)
+
+
+def link(folder, target, name):
+    (folder / name).unlink(missing_ok=True)
+    (folder / name).symlink_to(target)
+
+
+def frame_with_name(folder, name):
+    """A frame that cannot be read, in a folder that forges a line of its own."""
+    write(folder / name / "a\nfransac: forged\x1b[31m" / "depth.png", "no picture")
+    write(folder / name / "dataset.json", "{}")
+
+
+def frame_with_long_field(folder, name):
+    field = "x" * 400000
+    frame_with_camera_text(folder, name, f'{{"{field}": 1, "{field}": 2}}')
 
 
 def read_only(folder, name):

@@ -124,7 +124,8 @@ class Stream(unittest.TestCase):
 
     def test_a_size_that_the_stream_does_not_fill_takes_no_memory_for_it(self):
         header = HEADER.replace("64 48 uint16 0.001", "32768 32768 float32 1")
-        done = track("-", "--threads", "1", stdin=header.encode() + bytes(100))
+        self.fails(header.encode() + bytes(100), "32768x32768 pixels: more than the limit of 33554432 (--max-size)")
+        done = track("-", "--threads", "1", "--max-size", 2**31 - 1, stdin=header.encode() + bytes(100))
         self.assertEqual(done.returncode, 1)
         self.assertIn("ends within frame 0", done.stderr.decode())
         # The most that any process of these tests took, in kB (the frame would take 4 GiB).

@@ -38,7 +38,7 @@ OUTSIDE = {
     "io": {"nlohmann", "spng.h", "turbojpeg.h", "fcntl.h", "sys", "unistd.h"},
     "cloud_io": {"pcl", "boost"},
     "adapters": {"pcl"},
-    "apps": {"CLI", "fmt", "nlohmann", "unistd.h"},
+    "apps": {"CLI", "fmt", "nlohmann", "fcntl.h", "sys", "unistd.h"},
     "python": {"nanobind"},
 }
 OUTSIDE_PUBLIC_HEADERS = {"Eigen"}

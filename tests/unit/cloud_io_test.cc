@@ -7,6 +7,7 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -78,12 +79,12 @@ void expect_same_points(const PointCloud& actual, const PointCloud& expected, do
   }
 }
 
-Result<PointCloud> decode(const std::string& content) {
-  return cloud_formats::decode_cloud(std::as_bytes(std::span(content)), "cloud");
+Result<PointCloud> decode(const std::string& content, const ReadLimits& limits = {}) {
+  return cloud_formats::decode_cloud(std::as_bytes(std::span(content)), "cloud", limits);
 }
 
-std::string error_of(const std::string& content) {
-  const auto cloud = decode(content);
+std::string error_of(const std::string& content, const ReadLimits& limits = {}) {
+  const auto cloud = decode(content, limits);
   return cloud ? "no error" : cloud.error().message;
 }
 
@@ -464,6 +465,33 @@ TEST(Ply, WrongBodiesAreNamed) {
     EXPECT_THAT(error_of(ply("1 2 3\n4 5 6\n" + std::string(count) + " 0 1\n", kTwoVertices + face)),
                 HasSubstr("face 0: property 'vertex_indices' cannot be read"))
         << count;
+  }
+}
+
+TEST(CloudLimits, AreOnPointsAndOnWhatIsCompressed) {
+  const std::string refused = "cloud: 2 points: more than the limit of 1 (--max-size)";
+  EXPECT_TRUE(decode(ply("1 2 3\n4 5 6\n", kTwoVertices), {2}).ok());
+  EXPECT_EQ(error_of(ply("1 2 3\n4 5 6\n", kTwoVertices), {1}), refused);
+  EXPECT_TRUE(decode(pcd("1 2 3\n4 5 6\n"), {2}).ok());
+  EXPECT_EQ(error_of(pcd("1 2 3\n4 5 6\n"), {1}), refused);
+  EXPECT_EQ(error_of(pcd(std::string(24, '\0'), "x y z", "4 4 4", "F F F", "1 1 1", "2 1 2", "binary"), {1}), refused);
+  // One point of three numbers and 250 more.
+  const std::string bomb = pcd(raw(100U) + raw(1012U) + std::string(100, '\0'), "x y z w", "4 4 4 4", "F F F F", "1 1 1 250",
+                               "1 1 1", "binary_compressed");
+  EXPECT_EQ(error_of(bomb, {10}), "cloud: the compressed data expands to 1012 bytes: more than the limit of 80 (--max-size)");
+}
+
+TEST(Ply, AHeaderTakesTimeInProportionToItsSize) {
+  const auto seconds_of = [](int count, const std::string& what) {
+    std::string header = kTwoVertices;
+    for (int i = 0; i < count; ++i) header += what + std::to_string(i) + (what.starts_with("element") ? " 0\n" : "\n");
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_EQ(error_of(ply("", header)).substr(0, 7), "cloud: ");
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  for (const char* const what : {"property uchar p", "element e"}) {
+    const double few = seconds_of(2000, what);
+    EXPECT_LT(seconds_of(100000, what), 500.0 * std::max(few, 1e-3)) << what;  // 2500 times with the square
   }
 }
 

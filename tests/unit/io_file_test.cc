@@ -7,6 +7,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <iterator>
+#include <limits>
 #include <string>
 #include <thread>
 
@@ -22,19 +24,21 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
+constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+
 TEST(ReadFile, GivesEveryByte) {
   const TemporaryFolder folder;
   for (const std::size_t size : {0U, 1U, 65535U, 65536U, 65537U, 300000U}) {
     std::string text(size, '\0');
     for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i * 7 % 251);
-    const auto bytes = read_file(folder.write("file", text));
+    const auto bytes = read_file(folder.write("file", text), kNoLimit);
     ASSERT_TRUE(bytes.ok());
     EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()), text);
   }
 }
 
 TEST(ReadFile, NamesTheFileThatIsMissing) {
-  const auto bytes = read_file("/nowhere/at/all");
+  const auto bytes = read_file("/nowhere/at/all", kNoLimit);
   ASSERT_FALSE(bytes.ok());
   EXPECT_EQ(bytes.error().code, ErrorCode::io);
   EXPECT_EQ(bytes.error().message, "/nowhere/at/all: No such file or directory");
@@ -42,7 +46,7 @@ TEST(ReadFile, NamesTheFileThatIsMissing) {
 
 TEST(ReadFile, RefusesAFolder) {
   const TemporaryFolder folder;
-  const auto bytes = read_file(folder.path());
+  const auto bytes = read_file(folder.path(), kNoLimit);
   ASSERT_FALSE(bytes.ok());
   EXPECT_EQ(bytes.error().message, folder.path().string() + ": Is a directory");
 }
@@ -56,22 +60,48 @@ TEST(ReadFile, RefusesMoreThanTheLimitAndAcceptsTheLimit) {
   EXPECT_THAT(bytes.error().message, HasSubstr(file.string() + ": larger than the limit of 4 bytes"));
 }
 
-TEST(ReadFile, EndsReadingAnEndlessDeviceAtTheLimit) {
-  const auto bytes = read_file("/dev/zero", 1000000);
-  ASSERT_FALSE(bytes.ok());
-  EXPECT_THAT(bytes.error().message, HasSubstr("larger than the limit"));
+TEST(ReadFile, RefusesWhatMayNeverEndBehindAName) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);  // nobody writes: opening it would wait
+  std::filesystem::create_symlink("/dev/zero", folder / "zero");
+  std::filesystem::create_symlink("/dev/stdin", folder / "stdin");
+  for (const char* const name : {"pipe", "zero"}) {
+    const auto bytes = read_file(folder / name, kNoLimit);
+    ASSERT_FALSE(bytes.ok());
+    EXPECT_EQ(bytes.error().message, (folder / name).string() + ": is not a regular file");
+  }
+  EXPECT_EQ(read_file("/dev/zero", kNoLimit).error().message, "/dev/zero: is not a regular file");
 }
 
-TEST(ReadFile, ReadsAPipeToItsEnd) {
-  const TemporaryFolder folder;
-  const auto pipe = folder / "pipe";
-  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+TEST(ReadFile, ReadsAnOpenPipeByItsNumberToItsEnd) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe(ends.data()), 0);
   const std::string text(200000, 'x');
-  std::thread writer([&] { std::ofstream(pipe) << text; });
-  const auto bytes = read_file(pipe);
+  std::thread writer([&] {
+    EXPECT_EQ(::write(ends[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
+    ::close(ends[1]);
+  });
+  const auto bytes = read_file("/dev/fd/" + std::to_string(ends[0]), kNoLimit);
   writer.join();
-  ASSERT_TRUE(bytes.ok());
+  ::close(ends[0]);
+  ASSERT_TRUE(bytes.ok()) << bytes.error().message;
   EXPECT_EQ(bytes->size(), text.size());
+}
+
+TEST(ReadFile, EndsReadingAnEndlessStreamAtTheLimit) {
+  const int zero = ::open("/dev/zero", O_RDONLY);
+  ASSERT_GE(zero, 0);
+  const auto bytes = read_file("/dev/fd/" + std::to_string(zero), 1000000);
+  ::close(zero);
+  ASSERT_FALSE(bytes.ok());
+  EXPECT_THAT(bytes.error().message, HasSubstr("larger than the limit of 1000000 bytes"));
+}
+
+TEST(ReadFile, ShowsANameOnOneLine) {
+  const auto bytes = read_file("/nowhere/a\nfransac: forged \x1b[31m" + std::string(5000, 'x'), kNoLimit);
+  ASSERT_FALSE(bytes.ok());
+  EXPECT_THAT(bytes.error().message, ::testing::StartsWith("/nowhere/a\\x0afransac: forged \\x1b[31m"));
+  EXPECT_LT(bytes.error().message.size(), 1200U);
 }
 
 TEST(WriteFile, WritesAndReplaces) {
@@ -225,6 +255,153 @@ TEST(WriteFile, AWriteThatStopsHalfWayLeavesTheOldFileAndNoOther) {
   EXPECT_EQ(status.error().message, file.string() + ": File too large");
   EXPECT_EQ(read_text(file), "old");
   EXPECT_THAT(folder.names(), ElementsAre("file"));
+}
+
+TEST(WriteFile, MakesWhatALinkWithoutTargetLeadsTo) {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("target", folder / "link");
+  ASSERT_TRUE(write_file(folder / "link", std::string_view("new")).ok());
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_EQ(read_text(folder / "target"), "new");
+}
+
+TEST(WriteFile, NamesALinkThatLeadsInACircle) {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("b", folder / "a");
+  std::filesystem::create_symlink("a", folder / "b");
+  const Status status = write_file(folder / "a", std::string_view("text"));
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().message, (folder / "a").string() + ": Too many levels of symbolic links");
+}
+
+TEST(WriteFile, ALinkToAnOpenFileStaysALink) {
+  const TemporaryFolder folder;
+  const int descriptor = ::open((folder / "file").c_str(), O_WRONLY | O_CREAT, 0600);
+  ASSERT_GE(descriptor, 0);
+  const std::string name = "/proc/self/fd/" + std::to_string(descriptor);
+  std::filesystem::create_symlink(name, folder / "link");
+  EXPECT_TRUE(write_file(folder / "link", std::string_view("text")).ok());
+  ::close(descriptor);
+  const Status closed = write_file(folder / "link", std::string_view("more"));
+  EXPECT_EQ(read_text(folder / "file"), "text");
+  EXPECT_EQ(std::filesystem::read_symlink(folder / "link"), name);
+  ASSERT_FALSE(closed.ok());
+  EXPECT_EQ(closed.error().message, (folder / "link").string() + ": Bad file descriptor");
+}
+
+TEST(OutputFile, HasItsNameWhenItIsWhole) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("file", "old");
+  {
+    auto output = OutputFile::create(file);
+    ASSERT_TRUE(output.ok());
+    ASSERT_TRUE(output->write("one").ok());
+    ASSERT_TRUE(output->write("two").ok());
+    EXPECT_EQ(read_text(file), "old");
+    ASSERT_TRUE(output->commit().ok());
+    EXPECT_EQ(read_text(file), "onetwo");
+  }
+  EXPECT_THAT(folder.names(), ElementsAre("file"));
+}
+
+TEST(OutputFile, LeavesNothingWithoutACommit) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("file", "old");
+  {
+    auto output = OutputFile::create(file);
+    ASSERT_TRUE(output.ok());
+    ASSERT_TRUE(output->write("new").ok());
+    EXPECT_EQ(folder.names().size(), 2U);
+  }
+  EXPECT_THAT(folder.names(), ElementsAre("file"));
+  EXPECT_EQ(read_text(file), "old");
+}
+
+TEST(OutputFile, SeveralOfOneNameDoNotMeet) {
+  const TemporaryFolder folder;
+  std::vector<OutputFile> outputs;
+  for (const char* const text : {"first", "second", "third"}) {
+    auto output = OutputFile::create(folder / "file");
+    ASSERT_TRUE(output.ok());
+    ASSERT_TRUE(output->write(text).ok());
+    outputs.push_back(std::move(*output));
+  }
+  for (OutputFile& output : outputs) ASSERT_TRUE(output.commit().ok());
+  EXPECT_EQ(read_text(folder / "file"), "third");
+  EXPECT_THAT(folder.names(), ElementsAre("file"));
+}
+
+TEST(OutputFile, AFileThatNobodyElseMayReadStaysSoWhileItIsWritten) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("file", "old");
+  ASSERT_EQ(::chmod(file.c_str(), 0600), 0);
+  auto output = OutputFile::create(file);
+  ASSERT_TRUE(output.ok());
+  for (const std::string& name : folder.names()) {
+    struct stat info {};
+    ASSERT_EQ(::stat((folder / name).c_str(), &info), 0);
+    EXPECT_EQ(info.st_mode & 0077U, 0U) << name;
+  }
+}
+
+TEST(OutputFile, ALinkInThePlaceOfItsTemporaryIsNotFollowed) {
+  const TemporaryFolder folder;
+  std::string temporary;
+  {
+    auto output = OutputFile::create(folder / "file");
+    ASSERT_TRUE(output.ok());
+    temporary = folder.names().front();
+  }
+  const auto precious = folder.write("precious", "mine");
+  std::filesystem::create_symlink(precious, folder / temporary);
+  ASSERT_TRUE(write_file(folder / "file", std::string_view("text")).ok());
+  EXPECT_EQ(read_text(precious), "mine");
+  EXPECT_EQ(read_text(folder / "file"), "text");
+  EXPECT_FALSE(std::filesystem::is_symlink(folder / "file"));
+}
+
+TEST(OutputFolder, IsThereWhenAllIsInIt) {
+  const TemporaryFolder folder;
+  auto output = OutputFolder::create(folder / "out");
+  ASSERT_TRUE(output.ok());
+  ASSERT_TRUE(write_file(output->path() / "file", std::string_view("text")).ok());
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+  ASSERT_TRUE(output->commit().ok());
+  EXPECT_EQ(read_text(folder / "out/file"), "text");
+  EXPECT_THAT(folder.names(), ElementsAre("out"));
+}
+
+TEST(OutputFolder, FillsAnEmptyOneAndKeepsIt) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "out");
+  struct stat before {};
+  struct stat after {};
+  ASSERT_EQ(::stat((folder / "out").c_str(), &before), 0);
+  {
+    auto output = OutputFolder::create(folder / "out/");
+    ASSERT_TRUE(output.ok());
+    std::filesystem::create_directory(output->path() / "frame");
+    ASSERT_TRUE(write_file(output->path() / "frame/depth", std::string_view("text")).ok());
+    ASSERT_TRUE(output->commit().ok());
+  }
+  ASSERT_EQ(::stat((folder / "out").c_str(), &after), 0);
+  EXPECT_EQ(before.st_ino, after.st_ino);
+  EXPECT_EQ(read_text(folder / "out/frame/depth"), "text");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / "out"), {}), 1);
+}
+
+TEST(OutputFolder, LeavesNothingWithoutACommitAndRefusesAFullOne) {
+  const TemporaryFolder folder;
+  {
+    auto output = OutputFolder::create(folder / "out");
+    ASSERT_TRUE(output.ok());
+    ASSERT_TRUE(write_file(output->path() / "file", std::string_view("text")).ok());
+  }
+  EXPECT_THAT(folder.names(), IsEmpty());
+  folder.write("full/notes", "mine");
+  const auto output = OutputFolder::create(folder / "full");
+  ASSERT_FALSE(output.ok());
+  EXPECT_EQ(output.error().message, (folder / "full").string() + ": is not empty; choose a new folder");
 }
 
 }  // namespace

@@ -180,8 +180,8 @@ TEST(ColourJpeg, HugeSizesTakeNoMemory) {
   const std::string text(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
   const std::size_t frame_header = text.find("\xff\xc0");
   ASSERT_NE(frame_header, std::string::npos);
-  for (std::size_t i = 5; i < 9; ++i) jpeg[frame_header + i] = std::byte{0x3f};  // 16191 x 16191
-  expect_format_error(decode_colour_image(jpeg, "name.png"), "too short for its 16191x16191 pixels");
+  for (std::size_t i = 5; i < 9; ++i) jpeg[frame_header + i] = std::byte{0x0f};  // 3855 x 3855
+  expect_format_error(decode_colour_image(jpeg, "name.png"), "too short for its 3855x3855 pixels");
   for (std::size_t i = 5; i < 9; ++i) jpeg[frame_header + i] = std::byte{0x8f};
   expect_format_error(decode_colour_image(jpeg, "name.png"), "36751x36751 pixels: larger than any accepted picture");
 }
@@ -228,10 +228,20 @@ TEST(Png, SaysWhatAPictureOfAnotherKindIs) {
   expect_format_error(decode_colour_image({}, "name.png"), "is neither a JPEG nor a PNG");
 }
 
+TEST(Png, TheLimitIsOnPixels) {
+  const DepthImage image{20, 10, 1, std::vector<std::uint16_t>(200, 1000)};
+  const Bytes png = *encode_png(image);
+  EXPECT_TRUE(decode_depth_png(png, "name.png", {200}).ok());
+  expect_format_error(decode_depth_png(png, "name.png", {199}), "20x10 pixels: more than the limit of 199 (--max-size)");
+  const Bytes jpeg = make_jpeg(20, 10);
+  EXPECT_TRUE(decode_colour_image(jpeg, "name.png", {200}).ok());
+  expect_format_error(decode_colour_image(jpeg, "name.png", {199}), "20x10 pixels: more than the limit of 199");
+}
+
 TEST(Png, HugeSizesTakeNoMemory) {
   const Bytes png = *encode_png(small_depth());
-  expect_format_error(decode_depth_png(with_size(png, 16384, 16384), "name.png"), "too short for its 16384x16384 pixels");
-  expect_format_error(decode_depth_png(with_size(png, 32768, 32768), "name.png"), "larger than any accepted picture");
+  expect_format_error(decode_depth_png(with_size(png, 4096, 4096), "name.png"), "too short for its 4096x4096 pixels");
+  expect_format_error(decode_depth_png(with_size(png, 32768, 32768), "name.png"), "more than the limit of 33554432 (--max-size)");
   expect_format_error(decode_depth_png(with_size(png, 32769, 1), "name.png"), "broken PNG: ");
   expect_format_error(decode_depth_png(with_size(png, 0x7fffffff, 0x7fffffff), "name.png"), "broken PNG: ");
   expect_format_error(decode_depth_png(with_size(png, 0, 3), "name.png"), "broken PNG: ");

@@ -53,8 +53,8 @@ Scene draw_scene(const io::FrameFiles& files, const io::Frame& frame, io::Truth 
   };
   Scene scene{frame.name, {rows.begin(), rows.end()}, io::depth_range(depth), {}, {}, {}, {}};
   if (files.colour) {
-    scene.views.push_back(
-        picture("Colour", fmt::format("Photograph of {}", frame.name), "", unwrap(io::read_colour_image(*files.colour)), width));
+    scene.views.push_back(picture("Colour", fmt::format("Photograph of {}", frame.name), "",
+                                  unwrap(io::read_colour_image(*files.colour, files.limits)), width));
   }
   scene.views.push_back(
       picture("Depth", fmt::format("Depth of {}: {:.2f} to {:.2f} m", frame.name, scene.range.nearest_m, scene.range.farthest_m),

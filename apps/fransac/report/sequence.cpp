@@ -93,6 +93,7 @@ class Watcher {
       return;
     }
     report_.usable.push_back(frame.number);
+    report_.work_ms.push_back(frame.work_ms());
     for (const TrackedPlane& tracked : frame.tracked->planes) {
       const PlaneSegment& plane = frame.segmentation->planes[static_cast<std::size_t>(tracked.label - 1)];
       note(report_.planes[tracked.id], frame.number, enum_name(plane.kind), plane.area_m2);

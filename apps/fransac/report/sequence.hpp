@@ -55,6 +55,7 @@ struct SequenceReport {
   std::optional<double> duration_s;
   bool with_objects = false;
   FollowTotals totals;
+  std::vector<double> work_ms;      ///< Of each frame that was followed.
   std::vector<std::string> errors;  ///< Of the first skipped frames.
   std::map<int, Seen> planes;       ///< By id.
   std::map<int, Seen> objects;

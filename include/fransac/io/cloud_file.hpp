@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 
 #include "fransac/core/point_cloud.hpp"
 #include "fransac/core/result.hpp"
+#include "fransac/io/limits.hpp"
 
 namespace fransac::io {
 
@@ -20,8 +22,8 @@ enum class CloudEncoding { ascii, binary, binary_compressed };  ///< binary_comp
 /// Points that are not finite are NaN on all axes. A PCD's VIEWPOINT is not applied.
 /// Points at (0, 0, 0) are read as they stand; segment() takes them for "no return" (PointCloud::measured).
 /// A header that promises no points gives an empty cloud.
-/// Every size in the header is checked against the file's size before memory is taken.
-Result<PointCloud> read_cloud(const std::filesystem::path& file);
+/// Every size in the header is checked against the file's size and `limits` before memory is taken.
+Result<PointCloud> read_cloud(const std::filesystem::path& file, const ReadLimits& limits = {});
 
 /// Writes a cloud as PCD or PLY (by the file's extension, .pcd or .ply), with a colour per point by label when `labels`
 /// is not empty (one per point; io::label_colour; grey for no plane) and the label itself as a field of 32 bits.
@@ -31,5 +33,8 @@ Result<PointCloud> read_cloud(const std::filesystem::path& file);
 /// binary_compressed; no_data for a cloud without points.
 Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
                    CloudEncoding encoding = CloudEncoding::binary, std::span<const std::uint16_t> obstacles = {});
+/// The bytes that write_cloud writes, and its errors; `file` is only a name.
+Result<std::string> encode_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
+                                 CloudEncoding encoding = CloudEncoding::binary, std::span<const std::uint16_t> obstacles = {});
 
 }  // namespace fransac::io

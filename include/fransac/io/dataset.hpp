@@ -53,6 +53,7 @@ struct FrameFiles {
   std::optional<Camera> camera;                      ///< Known without a file (TUM).
   std::optional<double> timestamp_s;                 ///< Of a sequence.
   std::optional<int> floor;                          ///< The floor's label, where dataset.json tells it.
+  ReadLimits limits{};                               ///< Of its images.
 };
 
 /// The frames of an input; nothing is loaded yet.
@@ -62,6 +63,8 @@ struct Dataset {
   Truth truth = Truth::none;            ///< What its labels hold.
   std::string sensor;                   ///< dataset.json's "sensor", or empty.
   std::vector<FrameFiles> frames;       ///< Sorted by name; a sequence: by time.
+  /// Files of the whole input, as far as they exist: dataset.json; of a sequence depth.txt, rgb.txt and groundtruth.txt.
+  std::vector<std::filesystem::path> files;
 };
 
 /// Lists the frames of a depth PNG, a frame folder, a dataset or a TUM sequence (not of a cloud).

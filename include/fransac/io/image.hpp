@@ -13,11 +13,9 @@
 #include "fransac/core/camera.hpp"
 #include "fransac/core/depth_image.hpp"
 #include "fransac/core/result.hpp"
+#include "fransac/io/limits.hpp"
 
 namespace fransac::io {
-
-/// Pixels of the largest picture that is read: a header alone must not take gigabytes.
-inline constexpr std::size_t kMaxImagePixels = std::size_t{1} << 28;
 
 /// Rows of `channels` interleaved values without gaps.
 template <class T>
@@ -37,22 +35,23 @@ using LabelImage = Image<std::uint8_t>;
 using ObjectImage = Image<std::uint16_t>;  ///< Which object each pixel belongs to; 0: none.
 using ColourImage = Image<std::uint8_t>;   ///< Three channels: red, green, blue.
 
-/// Reads a 16-bit greyscale PNG. Any other PNG is a format error that says what it is.
-Result<DepthImage> read_depth_png(const std::filesystem::path& file);
+/// Reads a 16-bit greyscale PNG. Any other PNG is a format error that says what it is; so is one with more pixels than `limits`
+/// allow, here and below.
+Result<DepthImage> read_depth_png(const std::filesystem::path& file, const ReadLimits& limits = {});
 /// The same from memory; `name` stands for the file in messages.
-Result<DepthImage> decode_depth_png(std::span<const std::byte> bytes, const std::string& name);
+Result<DepthImage> decode_depth_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
 /// Reads an 8-bit greyscale PNG.
-Result<LabelImage> read_label_png(const std::filesystem::path& file);
+Result<LabelImage> read_label_png(const std::filesystem::path& file, const ReadLimits& limits = {});
 /// The same from memory.
-Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std::string& name);
+Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
 /// Reads an 8-bit or 16-bit greyscale PNG of object ids.
-Result<ObjectImage> read_object_png(const std::filesystem::path& file);
+Result<ObjectImage> read_object_png(const std::filesystem::path& file, const ReadLimits& limits = {});
 /// The same from memory.
-Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const std::string& name);
+Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
 /// Reads an 8-bit colour picture, JPEG or PNG (found from the content), as red, green, blue.
-Result<ColourImage> read_colour_image(const std::filesystem::path& file);
+Result<ColourImage> read_colour_image(const std::filesystem::path& file, const ReadLimits& limits = {});
 /// The same from memory.
-Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const std::string& name);
+Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
 
 /// Writes a PNG: 16-bit grey for depth, 8-bit grey for one channel, 8-bit colour for three. Temporary name, then renamed.
 Status write_png(const std::filesystem::path& file, const DepthImage& image);
