@@ -44,21 +44,21 @@ Result<PointCloud> read_cloud(const std::filesystem::path& file) {
 
 Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,
                    CloudEncoding encoding, std::span<const std::uint16_t> obstacles) {
-  const std::string name = file.string();
-  const std::string extension = lower_extension(file);
-  if (extension != ".pcd" && extension != ".ply") {
-    return Error{ErrorCode::invalid_argument, name + ": the name of a cloud must end in .pcd or .ply"};
-  }
-  if (extension == ".ply" && encoding == CloudEncoding::binary_compressed) {
-    return Error{ErrorCode::invalid_argument, name + ": PLY has no binary_compressed encoding"};
-  }
-  for (const std::size_t size : {labels.size(), obstacles.size()}) {
-    if (size == 0 || size == cloud.size()) continue;
-    return Error{ErrorCode::invalid_argument,
-                 name + ": " + std::to_string(size) + " labels for " + std::to_string(cloud.size()) + " points"};
-  }
-  if (cloud.empty()) return Error{ErrorCode::no_data, name + ": the cloud to write has no points"};
-  return guarded(name, [&]() -> Status {
+  return guarded(file.native(), [&]() -> Status {
+    const std::string name = file.string();
+    const std::string extension = lower_extension(file);
+    if (extension != ".pcd" && extension != ".ply") {
+      return Error{ErrorCode::invalid_argument, name + ": the name of a cloud must end in .pcd or .ply"};
+    }
+    if (extension == ".ply" && encoding == CloudEncoding::binary_compressed) {
+      return Error{ErrorCode::invalid_argument, name + ": PLY has no binary_compressed encoding"};
+    }
+    for (const std::size_t size : {labels.size(), obstacles.size()}) {
+      if (size == 0 || size == cloud.size()) continue;
+      return Error{ErrorCode::invalid_argument,
+                   name + ": " + std::to_string(size) + " labels for " + std::to_string(cloud.size()) + " points"};
+    }
+    if (cloud.empty()) return Error{ErrorCode::no_data, name + ": the cloud to write has no points"};
     const cloud_formats::LabelledCloud labelled{cloud, labels, obstacles};
     const auto text = extension == ".ply" ? Result(cloud_formats::encode_ply(labelled, encoding))
                                           : cloud_formats::encode_pcd(labelled, encoding, name);

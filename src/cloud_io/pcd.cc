@@ -11,6 +11,7 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -486,7 +487,9 @@ Result<std::string> encode_pcd(const LabelledCloud& labelled, CloudEncoding enco
     return text.append(reinterpret_cast<const char*>(blob.data.data()), blob.data.size());
   }
   std::ostringstream stream;
-  if (writer.writeBinaryCompressed(stream, blob, no_translation, no_rotation) < 0 || !stream) {
+  const int written = writer.writeBinaryCompressed(stream, blob, no_translation, no_rotation);
+  if (!stream) throw std::bad_alloc();  // a stream into memory has no other fault
+  if (written < 0) {
     return Error{ErrorCode::unsupported, name + ": the cloud is too large for binary_compressed; binary has no such limit"};
   }
   return std::move(stream).str();

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/detect.h"
 
+#include <dirent.h>
+
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
+#include <memory>
+#include <new>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "io/file_head.h"
@@ -90,11 +96,17 @@ std::optional<InputKind> kind_of_content(std::string_view head) {
 
 Result<std::vector<fs::path>> sorted_entries(const fs::path& folder) {
   std::vector<fs::path> entries;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    entries.push_back(entry->path());
+  // std::filesystem's iterator ends the program where it gets no memory.
+  const auto close = [](DIR* open) { ::closedir(open); };
+  const std::unique_ptr<DIR, decltype(close)> stream(::opendir(folder.c_str()), close);
+  errno = stream ? 0 : errno;
+  while (const dirent* const entry = stream ? ::readdir(stream.get()) : nullptr) {
+    const std::string_view name = entry->d_name;
+    if (name != "." && name != "..") entries.push_back(folder / name);
+    errno = 0;
   }
-  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message()};
+  if (errno == ENOMEM) throw std::bad_alloc();
+  if (errno != 0) return Error{ErrorCode::io, folder.string() + ": " + std::generic_category().message(errno)};
   std::sort(entries.begin(), entries.end());
   return entries;
 }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "core/caught.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "obstacles/clusters.hpp"
 #include "obstacles/floor_error.hpp"
@@ -235,8 +236,8 @@ Result<Obstacles> find_obstacles(const PointCloud& cloud, const Segmentation& se
   }
   result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return result;
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory, "not enough memory for the obstacles of " + std::to_string(cloud.size()) + " points"};
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return "obstacles of " + std::to_string(cloud.size()) + " points"; });
 }
 
 }  // namespace fransac

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <cstdlib>
 #include <new>
 #include <string>
 
 #include "fransac/filter/correct.hpp"
+#include "core/caught.hpp"
 #include "fransac/filter/organised.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/sac/plane_problem.hpp"
@@ -48,6 +50,13 @@ void Workspace::expect(std::span<const PlaneSegment> planes) { impl_->cells.want
 namespace {
 
 Status check(const DepthView& depth, const Camera& camera) {
+Status check_instruction_set() {
+  static const char* const wanted = std::getenv("FRANSAC_TARGET");
+  if (wanted == nullptr || instruction_set() == wanted) return {};
+  return Error{ErrorCode::unsupported, "FRANSAC_TARGET: this machine has no instruction set of that name; without it " +
+                                           std::string(instruction_set()) + " is used"};
+}
+
   if (Status status = validate(depth); !status) return status;
   if (Status status = validate(camera); !status) return status;
   if (camera.width == depth.width() && camera.height == depth.height()) return {};
@@ -409,9 +418,8 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
   } else {
     return find_planes(source, chosen, workspace.impl(), segmentation);
   }
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory,
-               "not enough memory for " + std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"};
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"; });
 }
 
 template <class Source>
@@ -424,7 +432,7 @@ Status segment_source(const Source& source, const SegmentOptions& options, Works
 
 /// `cells`, or what `automatic` makes of the cloud: its depth image is segmented where there is one.
 Status segment_organised(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace,
-                         Segmentation& segmentation) {
+                         Segmentation& segmentation) try {
   Timing before;
   StageClock clock(before);
   OrganisedDepth& organised = workspace.impl().organised;
@@ -434,6 +442,7 @@ Status segment_organised(const PointCloud& cloud, const SegmentOptions& options,
     const DepthView depth = organised.view();
     SegmentOptions of_cloud = options;
     of_cloud.sensor.distortion = {};  // planes are of the points as they are given
+  if (Status status = check_instruction_set(); !status) return status;
     if (Status status = segment_source(DepthSource{depth, organised.camera}, of_cloud, workspace, segmentation); !status) {
       return status;
     }
@@ -451,7 +460,7 @@ Status segment_organised(const PointCloud& cloud, const SegmentOptions& options,
 }
 
 template <class... Input>
-Result<Segmentation> segment_once(const SegmentOptions& options, const Input&... input) {
+Result<Segmentation> segment_once(const SegmentOptions& options, const Input&... input) try {
   Workspace workspace;
   Segmentation segmentation;
   if (Status status = segment(input..., options, workspace, segmentation); !status) return status.error();
@@ -479,3 +488,7 @@ Result<Segmentation> segment(const DepthView& depth, const Camera& camera, const
 Result<Segmentation> segment(const PointCloud& cloud, const SegmentOptions& options) { return segment_once(options, cloud); }
 
 }  // namespace fransac
+} catch (const std::exception& exception) {
+  return caught(exception, "organised cloud");
+} catch (const std::exception& exception) {
+  return caught(exception, "segmentation");
