@@ -231,7 +231,7 @@ Row evaluate_frame(const Runs& runs, Method method, const std::string& dataset, 
 
 io::Dataset open_dataset(const std::string& name, const Runs& runs, std::string_view no_clouds) {
   const io::InputKind kind = unwrap(io::detect_kind(name));
-  if (kind == io::InputKind::pcd || kind == io::InputKind::ply) throw Failure(fmt::format("{}: {}", name, no_clouds));
+  if (io::is_cloud(kind)) throw Failure(fmt::format("{}: {}", name, no_clouds));
   io::Dataset dataset = unwrap(io::list_frames(name));
   use_camera(runs.camera, dataset.frames);
   return dataset;

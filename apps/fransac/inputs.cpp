@@ -12,9 +12,9 @@
 namespace fransac::cli {
 namespace {
 
-PointCloud load_cloud(const std::string& file) {
+PointCloud load_cloud(const std::string& file, [[maybe_unused]] double metres_per_unit) {
 #ifdef FRANSAC_HAS_CLOUD_IO
-  return unwrap(io::read_cloud(file));
+  return unwrap(io::read_cloud(file, metres_per_unit));
 #else
   throw Failure(fmt::format(
       "{}: this fransac was built without support for point clouds: it needs PCL's io library (scripts/bootstrap cloud) and "
@@ -43,7 +43,7 @@ void use_camera(const CameraFile& camera, std::vector<io::FrameFiles>& frames) {
 }
 
 Content load(const Input& input, std::size_t i) {
-  if (input.is_cloud()) return load_cloud(input.name);
+  if (input.is_cloud()) return load_cloud(input.name, input.metres_per_unit);
   return unwrap(io::load_frame(input.frames[i]));
 }
 

@@ -3,13 +3,18 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "cloud_io/assemble.h"
 #include "cloud_io/formats.h"
 #include "cloud_io/text.h"
 #include "fransac/io/file.hpp"
+#include "io/detect.h"
 #include "io/guard.h"
+#include "io/text.h"
 
 namespace fransac::io {
 namespace {
@@ -27,19 +32,30 @@ namespace cloud_formats {
 
 Result<PointCloud> decode_cloud(std::span<const std::byte> bytes, const std::string& name) {
   return guarded(name, [&]() -> Result<PointCloud> {
-    std::string_view text = as_text(bytes);
-    if (text.empty()) return format_error(name, "is empty");
-    if (text.starts_with("ply\n") || text.starts_with("ply\r")) return decode_ply(bytes, name);
+    if (as_text(bytes).starts_with(kByteOrderMark)) bytes = bytes.subspan(kByteOrderMark.size());
+    if (bytes.empty()) return format_error(name, "is empty");
+    const std::optional<InputKind> kind = kind_of_content(as_text(bytes));
+    if (kind == InputKind::ply) return decode_ply(bytes, name);
+    if (kind != InputKind::pcd && lower_extension(name) == ".xyz") return decode_xyz(bytes, name);
     return decode_pcd(bytes, name);
   });
 }
 
 }  // namespace cloud_formats
 
-Result<PointCloud> read_cloud(const std::filesystem::path& file) {
-  const auto bytes = read_file(file);
-  if (!bytes) return bytes.error();
-  return cloud_formats::decode_cloud(*bytes, file.string());
+Result<PointCloud> read_cloud(const std::filesystem::path& file, double metres_per_unit) {
+  return guarded(file.native(), [&]() -> Result<PointCloud> {
+    if (!(metres_per_unit > 0.0) || !std::isfinite(metres_per_unit)) {
+      return Error{ErrorCode::invalid_argument, file.string() + ": metres_per_unit must be finite and above 0"};
+    }
+    const auto bytes = read_file(file);
+    if (!bytes) return bytes.error();
+    Result<PointCloud> cloud = cloud_formats::decode_cloud(*bytes, file.string());
+    if (!cloud || metres_per_unit == 1.0) return cloud;
+    const auto width = static_cast<std::size_t>(cloud->width);
+    return cloud_formats::assemble(width, width == 0 ? 0 : cloud->size() / width,
+                                   [&](std::size_t i) -> Eigen::Vector3d { return metres_per_unit * cloud->point(i); });
+  });
 }
 
 Status write_cloud(const std::filesystem::path& file, const PointCloud& cloud, std::span<const std::uint8_t> labels,

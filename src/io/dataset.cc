@@ -196,7 +196,8 @@ Status list_kind(const fs::path& input, Dataset& dataset) {
     case InputKind::dataset: return list_dataset(input, dataset);
     case InputKind::tum_sequence: return list_tum(input, dataset);
     case InputKind::pcd:
-    case InputKind::ply: break;
+    case InputKind::ply:
+    case InputKind::xyz: break;
   }
   return Error{ErrorCode::invalid_argument, input.string() + ": a point cloud, which has no depth frames"};
 }

@@ -46,6 +46,7 @@ std::optional<InputKind> kind_of_name(const fs::path& file) {
   if (extension == ".png") return InputKind::depth_png;
   if (extension == ".pcd") return InputKind::pcd;
   if (extension == ".ply") return InputKind::ply;
+  if (extension == ".xyz") return InputKind::xyz;
   return std::nullopt;
 }
 
@@ -56,7 +57,7 @@ Result<InputKind> kind_of_file(const fs::path& file) {
   if (!head) return head.error();
   if (const auto kind = kind_of_content(as_text(*head))) return *kind;
   if (const auto kind = kind_of_name(file)) return *kind;
-  return unknown(file, "neither a depth PNG nor a PCD nor a PLY file");
+  return unknown(file, "neither a depth PNG nor a PCD, PLY or XYZ file");
 }
 
 Result<InputKind> kind_of_folder(const fs::path& folder) {
@@ -88,6 +89,7 @@ bool is_depth_png(const fs::path& file) {
 }
 
 std::optional<InputKind> kind_of_content(std::string_view head) {
+  if (head.starts_with(kByteOrderMark)) head.remove_prefix(kByteOrderMark.size());
   if (head.starts_with("\x89PNG\r\n\x1a\n")) return InputKind::depth_png;
   if (head.starts_with("ply\n") || head.starts_with("ply\r")) return InputKind::ply;
   if (starts_like_pcd(head)) return InputKind::pcd;
@@ -111,6 +113,8 @@ Result<std::vector<fs::path>> sorted_entries(const fs::path& folder) {
   return entries;
 }
 
+bool is_cloud(InputKind kind) { return kind == InputKind::pcd || kind == InputKind::ply || kind == InputKind::xyz; }
+
 std::string_view to_string(InputKind kind) {
   switch (kind) {
     case InputKind::depth_png: return "depth_png";
@@ -119,6 +123,7 @@ std::string_view to_string(InputKind kind) {
     case InputKind::tum_sequence: return "tum_sequence";
     case InputKind::pcd: return "pcd";
     case InputKind::ply: return "ply";
+    case InputKind::xyz: return "xyz";
   }
   return "unknown";
 }
