@@ -16,7 +16,7 @@ namespace fransac {
 /// What an exception says of `what`: a text, or a function that makes one. Never throws: where there is no memory for the
 /// message, a shorter one is given that needs none.
 template <class What>
-Error caught(const std::exception& exception, const What& what) noexcept {
+Error caught(const std::exception& exception, const What& what) {
   const bool no_memory = dynamic_cast<const std::bad_alloc*>(&exception) != nullptr ||
                          dynamic_cast<const std::length_error*>(&exception) != nullptr;  // more than a container can hold
   try {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fransac/core/parallel.hpp"
 
+#include <pthread.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
@@ -9,11 +10,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <exception>
 #include <latch>
 #include <optional>
-#include <thread>
 #include <vector>
+#ifdef __SANITIZE_THREAD__
+#include <thread>
+#endif
 
 namespace fransac {
 namespace {
@@ -24,15 +26,16 @@ bool can_make_threads(int count) {
   static std::atomic<int> most_made{0};
   if (count <= most_made.load(std::memory_order_relaxed)) return true;
   std::latch all_made(1);
-  std::vector<std::jthread> threads;
-  bool made = true;
-  try {
-    threads.reserve(static_cast<std::size_t>(count));
-    while (static_cast<int>(threads.size()) < count) threads.emplace_back([&] { all_made.wait(); });
-  } catch (const std::exception&) {
-    made = false;
-  }
+  std::vector<pthread_t> threads(static_cast<std::size_t>(count));
+  const auto wait = [](void* latch) -> void* {
+    static_cast<std::latch*>(latch)->wait();
+    return nullptr;
+  };
+  std::size_t started = 0;
+  while (started < threads.size() && ::pthread_create(&threads[started], nullptr, wait, &all_made) == 0) ++started;
   all_made.count_down();
+  for (std::size_t i = 0; i < started; ++i) ::pthread_join(threads[i], nullptr);
+  const bool made = started == threads.size();
   if (made) most_made.store(count, std::memory_order_relaxed);
   return made;
 }

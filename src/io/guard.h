@@ -12,7 +12,7 @@ namespace fransac::io {
 
 /// `function()`, whose result is a Result or a Status; an exception becomes an Error that names `name`.
 template <class Function>
-auto guarded(std::string_view name, Function&& function) noexcept -> decltype(function()) {
+auto guarded(std::string_view name, Function&& function) -> decltype(function()) {
   try {
     return function();
   } catch (const std::exception& exception) {
