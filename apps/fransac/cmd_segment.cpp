@@ -56,9 +56,14 @@ struct Output {
 constexpr auto kPicture = {".png"};
 constexpr auto kCloud = {".pcd", ".ply"};
 
+/// Units of a cloud's coordinates, and what they are in metres.
+constexpr std::array<std::pair<const char*, double>, 5> kUnits{
+    {{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}}};
+
 struct SegmentCommand {
   std::string input;
   InputOptions inputs;
+  std::optional<double> metres_per_unit;  ///< Of a cloud's coordinates.
   Output labels{"--labels", ".png", kPicture, {}};
   Output json{"--json", ".json", {}, {}};
   Output overlay{"--overlay", ".png", kPicture, {}};
@@ -350,8 +355,8 @@ void explain_no_planes(const std::string& name, const Content& content, const Se
   const CloudScale scale = scale_of(*cloud);
   if (scale.spacing_m <= options.ransac.threshold_m) return;
   log(fmt::format(
-      "{}: its points are typically {:.4g} m apart (extent {:.4g} m), more than the threshold: if its unit is not metres, or it "
-      "is this coarse, choose --threshold and --leaf-size to match",
+      "{}: its points are typically {:.4g} m apart (extent {:.4g} m), more than the threshold: if its unit is not metres, say so "
+      "with --unit; if it is this coarse, choose --threshold and --leaf-size to match",
       name, scale.spacing_m, scale.extent_m));
 }
 
@@ -488,7 +493,11 @@ void run_segment(SegmentCommand& command) {
   check_options(command.options);
   check_options(command.obstacles.options);
   check_options(command.grid);
-  const Input input = open_input(command.input, command.inputs);
+  Input input = open_input(command.input, command.inputs);
+  if (command.metres_per_unit && !input.is_cloud()) {
+    throw UsageError(fmt::format("--unit: {} is no point cloud; a depth image's unit is its camera's depth_scale", input.name));
+  }
+  input.metres_per_unit = command.metres_per_unit.value_or(1.0);
   check_names(command, input);
   check_outputs(command, input);
 
@@ -499,6 +508,20 @@ void run_segment(SegmentCommand& command) {
   if (run.failed > 0) throw Failure(fmt::format("{}: {} of {} frames failed", input.name, run.failed, input.size()));
 }
 
+void add_unit(CLI::App& app, std::optional<double>& metres_per_unit) {
+  std::vector<std::string> names;
+  for (const auto& [name, metres] : kUnits) names.emplace_back(name);
+  const auto read = [&metres_per_unit, names](const std::string& text) {
+    const auto* const unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const auto& known) { return known.first == text; });
+    if (unit == kUnits.end())
+      throw CLI::ValidationError("--unit", fmt::format("expected one of {}, not '{}'", joined(names, ", "), text));
+    metres_per_unit = unit->second;
+  };
+  CLI::Option* const option = app.add_option_function<std::string>(
+      "--unit", read, fmt::format("unit of a point cloud's coordinates [one of {}; default: m]", joined(names, ", ")));
+  offer_words(option->type_name("NAME"), names);
+}
+
 }  // namespace
 
 Command add_segment(CLI::App& parent) {
@@ -506,9 +529,10 @@ Command add_segment(CLI::App& parent) {
   auto command = std::make_shared<SegmentCommand>();
   app->add_option("INPUT", command->input,
                   "a 16-bit depth PNG (with camera.json beside it), a frame folder, a folder of frames, a TUM RGB-D sequence, a "
-                  "PCD or PLY file")
+                  "PCD, PLY or XYZ file")
       ->required();
   add_input_options(*app, command->inputs);
+  add_unit(*app, command->metres_per_unit);
   add_output(*app, "--labels", command->labels.path, "label image: 8-bit PNG, 0 no depth, 1, 2, ... planes, 255 on no plane",
              "FILE");
   add_output(*app, "--json", command->json.path, "planes, obstacles, evidence and timing; '-' is standard output", "FILE|-");

@@ -231,7 +231,7 @@ Row evaluate_frame(const Runs& runs, Method method, const std::string& dataset, 
 
 io::Dataset open_dataset(const std::string& name, Runs& runs, std::string_view no_clouds) {
   const io::InputKind kind = unwrap(io::detect_kind(name));
-  if (kind == io::InputKind::pcd || kind == io::InputKind::ply) throw Failure(fmt::format("{}: {}", name, no_clouds));
+  if (io::is_cloud(kind)) throw Failure(fmt::format("{}: {}", name, no_clouds));
   return open_frames(name, runs.inputs);
 }
 

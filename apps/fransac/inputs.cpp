@@ -12,9 +12,10 @@
 namespace fransac::cli {
 namespace {
 
-PointCloud load_cloud(const std::string& file, [[maybe_unused]] const io::ReadLimits& limits) {
+PointCloud load_cloud(const std::string& file, [[maybe_unused]] double metres_per_unit,
+                      [[maybe_unused]] const io::ReadLimits& limits) {
 #ifdef FRANSAC_HAS_CLOUD_IO
-  return unwrap(io::read_cloud(file, limits));
+  return unwrap(io::read_cloud(file, metres_per_unit, limits));
 #else
   throw Failure(fmt::format(
       "{}: this fransac was built without support for point clouds: it needs PCL's io library (scripts/bootstrap cloud) and "
@@ -53,7 +54,7 @@ io::Dataset open_frames(const std::string& name, InputOptions& options) {
 }
 
 Content load(const Input& input, std::size_t i) {
-  if (input.is_cloud()) return load_cloud(input.name, input.limits);
+  if (input.is_cloud()) return load_cloud(input.name, input.metres_per_unit, input.limits);
   return unwrap(io::load_frame(input.frames[i]));
 }
 

@@ -19,8 +19,9 @@ struct Input {
   io::InputKind kind = io::InputKind::depth_png;
   std::vector<io::FrameFiles> frames;  ///< Empty for a cloud.
   io::ReadLimits limits{};
+  double metres_per_unit = 1.0;  ///< Of a cloud's coordinates.
 
-  [[nodiscard]] bool is_cloud() const { return kind == io::InputKind::pcd || kind == io::InputKind::ply; }
+  [[nodiscard]] bool is_cloud() const { return io::is_cloud(kind); }
   /// Whether it is the kind of input that holds many frames, however many these are.
   [[nodiscard]] bool is_folder_of_frames() const { return kind == io::InputKind::dataset || kind == io::InputKind::tum_sequence; }
   [[nodiscard]] std::size_t size() const { return is_cloud() ? 1 : frames.size(); }

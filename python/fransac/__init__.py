@@ -9,6 +9,7 @@
 Metres, radians, pixels; the camera frame is optical: x right, y down, z forward. docs/python.md is the guide.
 """
 
+import copyreg
 import os
 from collections.abc import Iterator, Mapping
 
@@ -78,6 +79,10 @@ __all__ = [
     "synth",
     "voxel_grid",
 ]
+
+
+# Functions are pickled by name, as Python's own: multiprocessing takes them.
+copyreg.pickle(type(segment), lambda function: function.__name__)
 
 
 def frames(

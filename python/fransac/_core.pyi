@@ -77,6 +77,10 @@ class Camera:
 
     def __eq__(self, other: object, /) -> bool: ...
 
+    def __getstate__(self) -> tuple[int, int, float, float, float, float, float]: ...
+
+    def __setstate__(self, arg: tuple[int, int, float, float, float, float, float], /) -> None: ...
+
     def __hash__(self) -> int: ...
 
 class PlaneEvidence:
@@ -101,6 +105,10 @@ class PlaneEvidence:
     @property
     def smooth_border(self) -> float:
         """Share of the border beyond which the surface goes on smoothly, 0 to 1."""
+
+    def __getstate__(self) -> bytes: ...
+
+    def __setstate__(self, arg: bytes, /) -> None: ...
 
 class Plane:
     """
@@ -178,6 +186,10 @@ class Plane:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> bytes: ...
+
+    def __setstate__(self, arg: bytes, /) -> None: ...
+
 class Box:
     """A box that stands upright on the support, in the ground frame."""
 
@@ -192,6 +204,10 @@ class Box:
     @property
     def yaw_rad(self) -> float:
         """Of the length against the ground's x, in (-pi/2, pi/2]."""
+
+    def __getstate__(self) -> bytes: ...
+
+    def __setstate__(self, arg: bytes, /) -> None: ...
 
 class Obstacle:
     """What stands on, hangs above or falls away from the plane that carries."""
@@ -239,6 +255,10 @@ class Obstacle:
         """Labels of the planes that a tenth or more of its pixels are on."""
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> bytes: ...
+
+    def __setstate__(self, arg: bytes, /) -> None: ...
 
 class Ground:
     """
@@ -360,6 +380,14 @@ class Segmentation:
         Raises ValueError for a cloud, and for arrays of another size.
         """
 
+    @property
+    def note(self) -> str | None:
+        """Why there is no plane, and what to try; None where there are planes."""
+
+    def __getstate__(self) -> bytes: ...
+
+    def __setstate__(self, arg: bytes, /) -> None: ...
+
     def __repr__(self) -> str: ...
 
 def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None, method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.55, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
@@ -370,7 +398,8 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
     ----------
         depth: (H, W) array of z along the optical axis. uint16: raw units, metres = value / camera.depth_scale, 0 is no measurement.
             float32 and float64: metres; 0, negative, NaN and infinite values are no measurement. Read in place where the values of a
-            row lie side by side; other strides, and float64, are copied once.
+            row lie side by side; other strides, float64, float16, whole numbers of other types from 0 to 65535, and other byte orders
+            are copied once. What a masked array hides is no measurement.
         camera: a Camera, a dict of its fields, the path of a camera.json, 'freiburg1' to 'freiburg3', or None with the keywords fx, fy,
             cx, cy and depth_scale. Must be of the image's size; a dict may leave the size out.
         method: how planes are found; 'auto' is 'cells', every plane of the image.
@@ -439,7 +468,8 @@ def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'ce
 
     Parameters
     ----------
-        points: (N, 3) or, organised, (H, W, 3) array of float32 or float64, metres, with any strides. Points that are not finite, or are
+        points: (N, 3) or, organised, (H, W, 3) array of float32 or float64, metres, with any strides; other numbers are converted, and a
+            fourth value of each point is not looked at. Points that are not finite, that a masked array hides, or that are
             exactly (0, 0, 0), are no measurements: label 0. Coordinates of any size keep their precision.
         method: how planes are found; 'auto' is 'cells' for what a pinhole camera saw, else 'fransac', which finds one plane unless planes
             says otherwise.

@@ -51,6 +51,8 @@ def segmentation(s: Segmentation) -> str:
     lines = [f"  {thing!r}" for thing in things[:_MOST_LINES]]
     if len(things) > _MOST_LINES:
         lines.append(f"  ... and {len(things) - _MOST_LINES} more")
+    if s.note is not None:
+        lines.append(f"  {s.note}")
     return "\n".join([_title(s), *lines])
 
 

@@ -43,7 +43,7 @@ def segment_plane(
         ransac_n: points of a sample in Open3D, 3 or more. Here every hypothesis comes from three, the fewest that make a plane,
             and good ones are refitted to all their inliers.
         num_iterations: cap on the hypotheses.
-        probability: confidence with which the search may stop before the cap.
+        probability: confidence with which the search may stop before the cap, up to 1.0.
         seed: of the random samples; the same seed gives the same answer.
         threads: 0 for all cores; never changes the answer.
 
@@ -60,7 +60,9 @@ def segment_plane(
         raise TypeError(f"ransac_n: expected an int, got {type(ransac_n).__name__}")
     if ransac_n < 3:
         raise ValueError(f"ransac_n: must be at least 3, is {ransac_n}")
-    points = numpy.asarray(pcd.points)
+    if probability == 1.0:  # Open3D's way to ask for every iteration
+        probability = float(numpy.nextafter(1.0, 0.0))
+    points = numpy.asanyarray(pcd.points)
     if points.ndim != 2 or points.shape[1:] != (3,):
         raise ValueError(f"pcd: expected points of shape (N, 3), got {points.shape}")
     if len(points) < ransac_n:

@@ -4,13 +4,68 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
+#include <numeric>
 
 #include "fransac/core/camera.hpp"
+#include "fransac/core/labels.hpp"
 #include "fransac/core/origin.hpp"
 
 namespace fransac::python {
 namespace {
+
+std::string word_of(nb::handle dtype, const char* attribute) { return nb::str(dtype.attr(attribute)).c_str(); }
+
+bool is_numpy(nb::handle given) { return nb::hasattr(given, "dtype") && nb::hasattr(given.attr("dtype"), "isnative"); }
+
+/// A NumPy array in this machine's byte order; what a mask hides is `hidden`, a value of the array's type.
+nb::object unmasked(nb::handle given, const nb::object& hidden) {
+  nb::object array = nb::borrow(given);
+  if (nb::hasattr(array, "mask") && nb::hasattr(array, "filled")) array = array.attr("filled")(hidden);
+  const nb::object dtype = array.attr("dtype");
+  return nb::cast<bool>(dtype.attr("isnative")) ? array : array.attr("astype")(dtype.attr("newbyteorder")("="));
+}
+
+bool is_integer(nb::handle array) {
+  const std::string kind = word_of(array.attr("dtype"), "kind");
+  return kind == "i" || kind == "u";
+}
+bool is_half(nb::handle array) { return word_of(array.attr("dtype"), "name") == "float16"; }
+
+/// Whole numbers of other types as uint16, where they fit. A mask hides what is no measurement.
+nb::object as_depth(const char* argument, nb::handle given) {
+  if (!is_numpy(given)) return nb::borrow(given);
+  nb::object array = unmasked(given, nb::int_(0));
+  if (is_half(array)) return array.attr("astype")("float32");
+  if (!is_integer(array) || word_of(array.attr("dtype"), "name") == "uint16" || nb::cast<std::size_t>(array.attr("size")) == 0) {
+    return array;
+  }
+  const nb::object least = array.attr("min")();
+  const nb::object most = array.attr("max")();
+  if (nb::cast<double>(nb::float_(least)) < 0.0 || nb::cast<double>(nb::float_(most)) > 65535.0) {
+    raise_value_error(std::string(argument) + ": raw depth must be 0 to 65535, these " + word_of(array.attr("dtype"), "name") +
+                      " values are " + nb::str(least).c_str() + " to " + nb::str(most).c_str());
+  }
+  return array.attr("astype")("uint16");
+}
+
+/// Whole numbers as float64, where they are exact in it. A mask hides points that were not measured.
+nb::object as_points(const char* argument, nb::handle given) {
+  if (!is_numpy(given)) return nb::borrow(given);
+  nb::object array = nb::borrow(given);
+  if (is_half(array)) array = array.attr("astype")("float32");
+  if (is_integer(array)) {
+    constexpr double kMostExact = 0x1p53;
+    const bool empty = nb::cast<std::size_t>(array.attr("size")) == 0;
+    const auto value = [&](const char* which) { return empty ? 0.0 : nb::cast<double>(nb::float_(array.attr(which)())); };
+    if (value("min") < -kMostExact || value("max") > kMostExact) {
+      raise_value_error(std::string(argument) + ": whole numbers beyond 2**53 are not exact in float64");
+    }
+    array = array.attr("astype")("float64");
+  }
+  return unmasked(array, nb::float_(std::numeric_limits<double>::quiet_NaN()));
+}
 
 template <class T>
 bool holds(const Array& array) {
@@ -168,10 +223,10 @@ Array import_array(const char* argument, nb::handle given, const char* expected)
 }
 
 DepthInput::DepthInput(const char* argument, nb::handle given)
-    : array_(import_array(argument, given, "an array of shape (H, W)")) {
+    : array_(import_array(argument, as_depth(argument, given), "an array of shape (H, W)")) {
   if (array_.ndim() != 2) wrong_shape(argument, "(H, W)", array_);
   if (!holds<std::uint16_t>(array_) && !holds<float>(array_) && !holds<double>(array_)) {
-    wrong_dtype(argument, "uint16, float32 or float64", array_);
+    wrong_dtype(argument, "whole numbers from 0 to 65535, float16, float32 or float64", array_);
   }
   const auto fits = [](std::size_t side) { return side >= 1 && side <= static_cast<std::size_t>(kMaxImageSide); };
   if (!fits(array_.shape(0)) || !fits(array_.shape(1))) {
@@ -197,13 +252,19 @@ DepthView DepthInput::view(double depth_scale, DepthBuffer& buffer) const {
 }
 
 PointsInput::PointsInput(const char* argument, nb::handle given)
-    : array_(import_array(argument, given, "an array of shape (N, 3) or (H, W, 3)")) {
-  const bool points = (array_.ndim() == 2 || array_.ndim() == 3) && array_.shape(array_.ndim() - 1) == 3;
-  if (!points) wrong_shape(argument, "(N, 3) or (H, W, 3)", array_);
-  if (!holds<float>(array_) && !holds<double>(array_)) wrong_dtype(argument, "float32 or float64", array_);
-  if (array_.size() / 3 > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+    : array_(import_array(argument, as_points(argument, given), "an array of shape (N, 3) or (H, W, 3)")) {
+  const std::size_t last = array_.ndim() == 2 || array_.ndim() == 3 ? array_.shape(array_.ndim() - 1) : 0;
+  if (last != 3 && last != 4) wrong_shape(argument, "(N, 3) or (H, W, 3), or with a fourth value that is not used,", array_);
+  if (!holds<float>(array_) && !holds<double>(array_))
+    wrong_dtype(argument, "whole numbers, float16, float32 or float64", array_);
+  if (size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
     raise_value_error(std::string(argument) + ": at most 2**31 - 1 points, got an array of shape " + shape_text(array_));
   }
+}
+
+std::size_t PointsInput::size() const {
+  const Shape sides = shape();
+  return std::accumulate(sides.begin(), sides.end(), std::size_t{1}, std::multiplies<>());
 }
 
 bool PointsInput::is_double() const { return holds<double>(array_); }
@@ -213,7 +274,7 @@ Shape PointsInput::shape() const { return array_.ndim() == 3 ? Shape{array_.shap
 void PointsInput::load(PointCloud& cloud) const {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   cloud.source.clear();
-  cloud.resize_uninitialised(array_.size() / 3);
+  cloud.resize_uninitialised(size());
   const Shape rows_and_columns = shape();
   cloud.height = rows_and_columns.size() == 2 ? static_cast<int>(rows_and_columns[0]) : 1;
   cloud.width = static_cast<int>(rows_and_columns.back());
@@ -223,9 +284,8 @@ void PointsInput::load(PointCloud& cloud) const {
 }
 
 void PointsInput::load_finite(PointCloud& cloud) const {
-  const std::size_t size = array_.size() / 3;
-  cloud.resize_uninitialised(size);
-  cloud.source.resize(size);
+  cloud.resize_uninitialised(size());
+  cloud.source.resize(size());
   std::size_t kept = 0;
   visit_points(array_, cloud, [&](std::size_t i, const Eigen::Vector3f& point, bool finite) {
     if (!finite) return;
@@ -238,9 +298,10 @@ void PointsInput::load_finite(PointCloud& cloud) const {
   cloud.height = 1;
 }
 
-LabelsInput::LabelsInput(const char* argument, nb::handle given)
-    : array_(import_array(argument, nb::hasattr(given, "labels") ? nb::object(given.attr("labels")) : nb::borrow(given),
-                          "an array of labels or a Segmentation")) {
+LabelsInput::LabelsInput(const char* argument, nb::handle given) {
+  nb::object labels = nb::hasattr(given, "labels") ? nb::object(given.attr("labels")) : nb::borrow(given);
+  if (is_numpy(labels)) labels = unmasked(labels, nb::int_(static_cast<int>(kLabelNoDepth)));
+  array_ = import_array(argument, labels, "an array of labels or a Segmentation");
   if (!holds<std::uint8_t>(array_)) wrong_dtype(argument, "uint8", array_);
   if (array_.ndim() != 1 && array_.ndim() != 2) wrong_shape(argument, "(H, W) or (N,)", array_);
   std::int64_t expected = 1;

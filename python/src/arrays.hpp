@@ -33,7 +33,8 @@ struct DepthBuffer {
 };
 
 /// A depth image as Python gave it. Rows of uint16 and float32 whose values lie side by side are read in place; others are
-/// copied once, and float64 is rounded to float32. TypeError and ValueError name the argument.
+/// copied once, and float64 is rounded to float32. Whole numbers of other types are taken where uint16 holds them all; what a
+/// masked array hides is no measurement. TypeError and ValueError name the argument.
 class DepthInput {
  public:
   DepthInput(const char* argument, nb::handle given);
@@ -46,12 +47,14 @@ class DepthInput {
   Array array_;
 };
 
-/// Points as Python gave them: (N, 3) or (H, W, 3), float32 or float64, with any strides.
+/// Points as Python gave them: (N, 3) or (H, W, 3), float32 or float64, with any strides; other numbers are converted where that
+/// loses nothing, a fourth value of each point is not looked at, and what a masked array hides is NaN.
 class PointsInput {
  public:
   PointsInput(const char* argument, nb::handle given);
   [[nodiscard]] bool is_double() const;
-  /// The shape without its last axis, of length 3.
+  [[nodiscard]] std::size_t size() const;  ///< Points.
+  /// The shape without its last axis, of length 3 or 4.
   [[nodiscard]] Shape shape() const;
   /// Every point; those that are not finite become NaN. Organised where the shape has rows. Reads the array in place,
   /// whatever its strides; needs no GIL.

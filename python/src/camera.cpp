@@ -2,8 +2,10 @@
 #include "camera.hpp"
 
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 
 #include <string>
+#include <tuple>
 
 #include "bindings.hpp"
 #include "fransac/io/camera_json.hpp"
@@ -151,6 +153,16 @@ Raises
       .def(
           "__eq__", [](const Camera& a, nb::handle b) { return nb::isinstance<Camera>(b) && a == nb::cast<Camera>(b); },
           nb::sig("def __eq__(self, other: object, /) -> bool"))
+      .def(
+          "__getstate__",
+          [](const Camera& c) { return nb::make_tuple(c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.depth_scale); },
+          nb::sig("def __getstate__(self) -> tuple[int, int, float, float, float, float, float]"))
+      .def("__setstate__",
+           [](Camera& self, const std::tuple<int, int, double, double, double, double, double>& state) {
+             const Camera camera = std::make_from_tuple<Camera>(state);
+             check(validate(camera));
+             new (&self) Camera(camera);
+           })
       .def("__hash__", [](const Camera& camera) {
         return PyObject_Hash(
             nb::make_tuple(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, camera.depth_scale).ptr());

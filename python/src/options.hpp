@@ -78,6 +78,9 @@ void read_value(const char* name, nb::handle given, std::optional<T>& value) {
     }
   }
   read_value(name, given, value.emplace());
+  if constexpr (std::is_same_v<T, int>) {
+    if (std::string_view(name) == "planes" && *value == 0) raise_value_error("planes: must be at least 1, or 'all', is 0");
+  }
 }
 
 /// One keyword argument, for documentation.

@@ -4,12 +4,14 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "archive.hpp"
 #include "bindings.hpp"
 #include "camera.hpp"
 #include "fransac/io/image.hpp"
@@ -124,6 +126,27 @@ Status find(const PointCloud& cloud, const Request& request, Work& work, Found& 
   return {};
 }
 
+/// Why there is no plane, and what to try; empty where there are.
+std::string note_on(const fransac::Segmentation& found, const SegmentOptions& asked) {
+  if (!found.planes.empty()) return {};
+  const SegmentOptions options = with_defaults(asked, found.method);
+  const auto number = [](double value) { return std::string(nb::str(nb::float_(value)).c_str()); };
+  const bool cells = found.method == Method::cells;  // it knows no threshold
+  std::string note = "no plane has the minimum support, " + number(*options.min_support) + " of the " +
+                     std::to_string(found.sampled_points) + " sampled points; try " +
+                     (cells ? "" : "a larger threshold (now " + number(options.ransac.threshold_m) + " m) or ") +
+                     "a smaller min_support";
+  std::string limits;
+  const auto add = [&limits](bool chosen, const char* name) {
+    if (chosen) limits += (limits.empty() ? "" : ", ") + std::string(name);
+  };
+  add(options.cells.parallel_to.has_value(), "parallel_to");
+  add(options.cells.perpendicular_to.has_value(), "perpendicular_to");
+  add(options.cells.min_area_m2 > 0.0, "min_area");
+  add(options.cells.min_confidence > CellsOptions{}.min_confidence, "min_confidence");
+  return limits.empty() ? note : note + "; " + limits + " may have left planes out";
+}
+
 PySegmentation segment_depth(nb::handle given_depth, nb::handle given_camera, nb::handle method, nb::handle obstacles,
                              const nb::kwargs& kwargs) {
   const DepthInput depth("depth", given_depth);
@@ -142,6 +165,7 @@ PySegmentation segment_depth(nb::handle given_depth, nb::handle given_camera, nb
     status = find(depth.view(camera.depth_scale, work.depth), request, work, found);
   }
   check(status);
+  found.note = note_on(found.planes, request.options);
   return result;
 }
 
@@ -161,6 +185,7 @@ PySegmentation segment_cloud(nb::handle given_points, nb::handle method, nb::han
     status = find(work.cloud, request, work, found);
   }
   check(status);
+  found.note = note_on(found.planes, request.options);
   return result;
 }
 
@@ -240,6 +265,81 @@ nb::bytes png_of(const io::ColourImage& image) {
   return nb::bytes(png.data(), png.size());
 }
 
+}  // namespace
+
+// Not in the unnamed namespace: templates of archive.hpp look for them by their arguments.
+
+template <class Archive>
+void archive(Archive& a, Plane& plane) {
+  archive_all(a, plane.normal, plane.d);
+}
+template <class Archive>
+void archive(Archive& a, PlaneEvidence& e) {
+  archive_all(a, e.share, e.turn_rad, e.turn_sigma_rad, e.smooth_border);
+}
+template <class Archive>
+void archive(Archive& a, PlaneSegment& p) {
+  archive_all(a, p.id, p.plane, p.inliers, p.support, p.iterations, p.stop_reason, p.rms_m, p.centroid, p.covariance, p.kind,
+              p.confidence, p.evidence, p.area_m2);
+}
+template <class Archive>
+void archive(Archive& a, DepthNoise& noise) {
+  archive_all(a, noise.constant_m, noise.linear, noise.quadratic_per_m);
+}
+template <class Archive>
+void archive(Archive& a, Distortion& d) {
+  archive_all(a, d.width, d.height, d.offset_per_m, d.gain);
+}
+template <class Archive>
+void archive(Archive& a, fransac::Segmentation& s) {
+  archive_all(a, s.method, s.width, s.height, s.labels, s.residuals_m, s.up, s.up_source, s.noise, s.slow_noise, s.bias_m,
+              s.distortion, s.saturated, s.planes, s.valid_points, s.sampled_points, s.iterations, s.rejected, s.degenerate,
+              s.stop_reason, s.timing.stage_ms, s.timing.total_ms);
+}
+template <class Archive>
+void archive(Archive& a, UprightBox& box) {
+  archive_all(a, box.centre, box.size, box.yaw_rad);
+}
+template <class Archive>
+void archive(Archive& a, Obstacle& o) {
+  archive_all(a, o.id, o.kind, o.pixels, o.centroid, o.box, o.min_height_m, o.max_height_m, o.nearest_m, o.contact, o.planes);
+}
+template <class Archive>
+void archive(Archive& a, Obstacles& o) {
+  archive_all(a, o.support, o.ground.origin, o.ground.axes, o.support_plane, o.width, o.height, o.labels, o.obstacles,
+              o.total_ms);
+}
+template <class Archive>
+void archive(Archive& a, Camera& c) {
+  archive_all(a, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.depth_scale);
+}
+template <class Archive>
+void archive(Archive& a, Found& found) {
+  archive_all(a, found.planes, found.obstacles_asked, found.camera, found.shape, found.note);
+  if (found.obstacles_asked) archive(a, found.obstacles);  // else they are what an earlier result left
+}
+
+namespace {
+
+/// pickle and copy keep a value's state.
+template <class T>
+void bind_state(nb::class_<T>& type) {
+  type.def("__getstate__", [](const T& self) { return saved(self); });
+  type.def("__setstate__", [](T& self, const nb::bytes& state) { new (&self) T(loaded<T>(state)); });
+}
+
+/// A state that does not hang together must not be read beyond its arrays.
+bool hangs_together(const Found& found) {
+  std::size_t size = 1;
+  for (const std::size_t side : found.shape) size *= side;
+  const auto fits = [size](std::size_t other) { return other == 0 || other == size; };
+  return !found.shape.empty() && found.planes.labels.size() == size && fits(found.planes.residuals_m.size()) &&
+         fits(found.obstacles.labels.size()) &&
+         (!found.camera || (found.planes.width == found.camera->width && found.planes.height == found.camera->height)) &&
+         static_cast<std::size_t>(std::max(found.planes.width, 0)) * static_cast<std::size_t>(std::max(found.planes.height, 0)) ==
+             size;
+}
+
 template <class Item>
 nb::list list_of(const std::vector<Item>& items) {
   nb::list list;
@@ -248,8 +348,9 @@ nb::list list_of(const std::vector<Item>& items) {
 }
 
 void bind_evidence(nb::module_& m) {
-  nb::class_<PlaneEvidence>(m, "PlaneEvidence", "What cells saw of a plane when it judged it: what its confidence follows from.")
-      .def_ro("share", &PlaneEvidence::share, "Of the measured pixels, 0 to 1.")
+  nb::class_<PlaneEvidence> type(m, "PlaneEvidence",
+                                 "What cells saw of a plane when it judged it: what its confidence follows from.");
+  type.def_ro("share", &PlaneEvidence::share, "Of the measured pixels, 0 to 1.")
       .def_ro(
           "turn_rad", &PlaneEvidence::turn_rad,
           "By how much the surface's normal turns from end to end, radians: with or without its border, which is blurred; the "
@@ -257,11 +358,12 @@ void bind_evidence(nb::module_& m) {
       .def_ro("turn_sigma_rad", &PlaneEvidence::turn_sigma_rad, "One sigma of turn_rad, radians.")
       .def_ro("smooth_border", &PlaneEvidence::smooth_border,
               "Share of the border beyond which the surface goes on smoothly, 0 to 1.");
+  bind_state(type);
 }
 
 void bind_plane(nb::module_& m) {
-  nb::class_<PlaneSegment>(m, "Plane", "A plane of a segmentation: the points p with normal . p + d = 0, metres.")
-      .def_ro("id", &PlaneSegment::id, "Its label, from 1.")
+  nb::class_<PlaneSegment> type(m, "Plane", "A plane of a segmentation: the points p with normal . p + d = 0, metres.");
+  type.def_ro("id", &PlaneSegment::id, "Its label, from 1.")
       .def_prop_ro(
           "normal", [](const PlaneSegment& p) { return to_numpy(p.plane.normal); },
           nb::sig("def normal(self) -> " FRANSAC_VECTOR), "Unit normal, shape (3,); the camera is on its side.")
@@ -311,19 +413,21 @@ void bind_plane(nb::module_& m) {
       .def(
           "__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("plane")(self); },
           nb::sig("def __repr__(self) -> str"));
+  bind_state(type);
 }
 
 void bind_obstacle(nb::module_& m) {
-  nb::class_<UprightBox>(m, "Box", "A box that stands upright on the support, in the ground frame.")
-      .def_prop_ro(
-          "centre", [](const UprightBox& b) { return to_numpy(b.centre); }, nb::sig("def centre(self) -> " FRANSAC_VECTOR),
-          "x ahead, y left, z up from the camera's foot, metres, shape (3,).")
+  nb::class_<UprightBox> box(m, "Box", "A box that stands upright on the support, in the ground frame.");
+  box.def_prop_ro(
+         "centre", [](const UprightBox& b) { return to_numpy(b.centre); }, nb::sig("def centre(self) -> " FRANSAC_VECTOR),
+         "x ahead, y left, z up from the camera's foot, metres, shape (3,).")
       .def_prop_ro(
           "size", [](const UprightBox& b) { return to_numpy(b.size); }, nb::sig("def size(self) -> " FRANSAC_VECTOR),
           "Length >= width, height; metres, shape (3,).")
       .def_ro("yaw_rad", &UprightBox::yaw_rad, "Of the length against the ground's x, in (-pi/2, pi/2].");
-  nb::class_<Obstacle>(m, "Obstacle", "What stands on, hangs above or falls away from the plane that carries.")
-      .def_ro("id", &Obstacle::id, "Its number in obstacle_labels, from 1, nearest first.")
+  bind_state(box);
+  nb::class_<Obstacle> obstacle(m, "Obstacle", "What stands on, hangs above or falls away from the plane that carries.");
+  obstacle.def_ro("id", &Obstacle::id, "Its number in obstacle_labels, from 1, nearest first.")
       .def_prop_ro(
           "kind", [](const Obstacle& o) { return word(o.kind); }, nb::sig("def kind(self) -> str"),
           "'object'; 'plane', of which one face is all that is seen; 'drop': a hole, a step down.")
@@ -341,6 +445,7 @@ void bind_obstacle(nb::module_& m) {
       .def(
           "__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("obstacle")(self); },
           nb::sig("def __repr__(self) -> str"));
+  bind_state(obstacle);
   nb::class_<GroundFrame>(m, "Ground", "Coordinates on the support: the camera's foot is the origin, z up along its normal.")
       .def_prop_ro(
           "origin", [](const GroundFrame& g) { return to_numpy(g.origin); }, nb::sig("def origin(self) -> " FRANSAC_VECTOR),
@@ -458,6 +563,20 @@ void bind_result(nb::module_& m) {
                   "numpy.typing.NDArray[numpy.uint8] | None = None) -> numpy.typing.NDArray[numpy.uint8]"),
           "The planes in colour, (H, W, 3) uint8, over the depth image or a colour picture of its size where given.\n\n"
           "Raises ValueError for a cloud, and for arrays of another size.")
+      .def_prop_ro(
+          "note",
+          [](const S& s) -> nb::object {
+            return s.found().note.empty() ? nb::object(nb::none()) : nb::object(nb::cast(s.found().note));
+          },
+          nb::sig("def note(self) -> str | None"), "Why there is no plane, and what to try; None where there are planes.")
+      .def("__getstate__", [](const S& s) { return saved(s.found()); })
+      .def("__setstate__",
+           [](S& self, const nb::bytes& state) {
+             Found found = loaded<Found>(state);
+             if (!hangs_together(found)) raise_value_error("state: sizes differ");
+             new (&self) S;
+             self.found() = std::move(found);
+           })
       .def(
           "__repr__", [](nb::handle self) { return nb::module_::import_("fransac._display").attr("segmentation")(self); },
           nb::sig("def __repr__(self) -> str"))
@@ -509,7 +628,8 @@ Parameters
 ----------
     depth: (H, W) array of z along the optical axis. uint16: raw units, metres = value / camera.depth_scale, 0 is no measurement.
         float32 and float64: metres; 0, negative, NaN and infinite values are no measurement. Read in place where the values of a
-        row lie side by side; other strides, and float64, are copied once.
+        row lie side by side; other strides, float64, float16, whole numbers of other types from 0 to 65535, and other byte orders
+        are copied once. What a masked array hides is no measurement.
     camera: a Camera, a dict of its fields, the path of a camera.json, 'freiburg1' to 'freiburg3', or None with the keywords fx, fy,
         cx, cy and depth_scale. Must be of the image's size; a dict may leave the size out.
     method: how planes are found; 'auto' is 'cells', every plane of the image.
@@ -523,7 +643,8 @@ Parameters
 
 Parameters
 ----------
-    points: (N, 3) or, organised, (H, W, 3) array of float32 or float64, metres, with any strides. Points that are not finite, or are
+    points: (N, 3) or, organised, (H, W, 3) array of float32 or float64, metres, with any strides; other numbers are converted, and a
+        fourth value of each point is not looked at. Points that are not finite, that a masked array hides, or that are
         exactly (0, 0, 0), are no measurements: label 0. Coordinates of any size keep their precision.
     method: how planes are found; 'auto' is 'cells' for what a pinhole camera saw, else 'fransac', which finds one plane unless planes
         says otherwise.

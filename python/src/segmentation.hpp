@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "arrays.hpp"
 #include "fransac/core/camera.hpp"
@@ -21,6 +22,7 @@ struct Found {
   bool obstacles_asked = false;
   std::optional<Camera> camera;  ///< Of a depth image.
   Shape shape;                   ///< Of the labels.
+  std::string note;              ///< Why there is no plane; empty where there are.
 };
 
 /// Owns a result; its memory goes to a later result when Python lets go of it and of its arrays.

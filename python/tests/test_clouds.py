@@ -37,6 +37,26 @@ def test_the_same_as_any_dtype_and_stride(room):
         assert numpy.array_equal(found.planes[0].coefficients, expected.planes[0].coefficients), name
 
 
+def test_every_number_type_and_byte_order(room):
+    whole = numpy.round(room * 100).astype(numpy.int16)
+    options = {"planes": 2, "threshold": 2.0, "leaf_size": 5.0}
+    expected = fransac.segment_cloud(whole.astype(numpy.float64), **options)
+    for kind in ("int16", "int32", "int64", ">i4", ">f4", ">f8"):
+        assert numpy.array_equal(fransac.segment_cloud(whole.astype(kind), **options).labels, expected.labels), kind
+    with_intensity = numpy.c_[whole, numpy.full(len(whole), 99.0)]
+    assert numpy.array_equal(fransac.segment_cloud(with_intensity, **options).labels, expected.labels)
+    assert len(fransac.voxel_grid(with_intensity, 50.0)) == len(fransac.voxel_grid(whole, 50.0))
+
+
+def test_a_mask_hides_points(room):
+    masked = numpy.ma.array(room, mask=False)
+    masked[:1000] = numpy.ma.masked
+    found = fransac.segment_cloud(masked, planes=2)
+    hidden = room.copy()
+    hidden[:1000] = numpy.nan
+    assert (found.labels[:1000] == 0).all() and numpy.array_equal(found.labels, fransac.segment_cloud(hidden, planes=2).labels)
+
+
 def test_points_that_were_not_measured(room):
     points = room.copy()
     points[::10] = numpy.nan
@@ -78,8 +98,9 @@ def test_organised(desk):
     [
         (None, TypeError, "points: .* got NoneType"),
         ([[0, 0, 0]], TypeError, "points: .* got list"),
-        (numpy.zeros((5, 3), int), TypeError, "points: expected float32 or float64 values, got int64"),
-        (numpy.zeros((5, 4)), ValueError, r"points: .*\(N, 3\) or \(H, W, 3\), got \(5, 4\)"),
+        (numpy.zeros((5, 3), bool), TypeError, "points: expected whole numbers, float16, float32 or float64 values, got bool"),
+        (numpy.full((5, 3), 2**60), ValueError, "points: whole numbers beyond"),
+        (numpy.zeros((5, 5)), ValueError, r"points: .*\(N, 3\) or \(H, W, 3\).*, got \(5, 5\)"),
         (numpy.zeros(3), ValueError, r"points: .* got \(3,\)"),
         (numpy.zeros((2, 2, 2, 3)), ValueError, r"points: .* got \(2, 2, 2, 3\)"),
     ],

@@ -27,6 +27,12 @@ def test_without_open3d(room):
     assert fransac.open3d.segment_plane(types.SimpleNamespace(points=room.tolist()), 0.02, 4, 1000)[1] == inliers
 
 
+def test_probability_one_asks_for_every_iteration(room):
+    pcd = types.SimpleNamespace(points=room)
+    model, inliers = fransac.open3d.segment_plane(pcd, 0.02, 3, 200, probability=1.0)
+    assert len(inliers) >= 0.99 * len(fransac.open3d.segment_plane(pcd, 0.02, 3, 1000)[1])
+
+
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
@@ -35,7 +41,7 @@ def test_without_open3d(room):
         ({"ransac_n": 2}, ValueError, "^ransac_n: must be at least 3"),
         ({"ransac_n": 3.0}, TypeError, "^ransac_n: expected an int"),
         ({"num_iterations": 0}, ValueError, "^num_iterations: "),
-        ({"probability": 1.0}, ValueError, "^probability: "),
+        ({"probability": 1.5}, ValueError, "^probability: "),
         ({"num_iterations": "9"}, TypeError, "^num_iterations: expected an int, got str"),
     ],
 )

@@ -166,6 +166,8 @@ def test_options_do_what_they_say(desk):
 
     assert len(segment(planes=2).planes) == 2
     assert len(segment(planes="all").planes) == len(segment().planes) > 2
+    with pytest.raises(ValueError, match="^planes: must be at least 1, or 'all', is 0$"):
+        segment(planes=0)
     assert segment(up=(0, -1, 0)).up_source == "given"
     assert all(plane.area_m2 >= 0.2 for plane in segment(min_area=0.2).planes)
     by_support = [plane.inliers for plane in segment(order="support").planes]

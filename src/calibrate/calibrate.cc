@@ -10,6 +10,7 @@
 #include "calibrate/field.hpp"
 #include "calibrate/noise.hpp"
 #include "calibrate/windows.hpp"
+#include "core/caught.hpp"
 #include "core/number_text.hpp"
 #include "fransac/planes/segment.hpp"
 
@@ -118,7 +119,7 @@ Result<SensorCalibration> calibrate_checked(std::span<const CalibrationFrame> fr
 
 }  // namespace
 
-Status validate(const CalibrateOptions& options) {
+Status validate(const CalibrateOptions& options) try {
   const auto kind = static_cast<int>(options.kind);
   if (kind < 0 || kind >= static_cast<int>(std::size(EnumNames<SensorKind>::values))) {
     return bad("kind: not a value of its enumeration");
@@ -136,14 +137,16 @@ Status validate(const CalibrateOptions& options) {
     return bad("threads: must be between 0 and 1024, is " + std::to_string(options.threads));
   }
   return {};
+} catch (const std::exception& exception) {
+  return caught(exception, "options of the calibration");
 }
 
 Result<SensorCalibration> calibrate(std::span<const CalibrationFrame> frames, const CalibrateOptions& options) try {
   if (Status status = validate(options); !status) return status.error();
   if (Status status = check(frames); !status) return status.error();
   return calibrate_checked(frames, options);
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory, "calibration: not enough memory for " + std::to_string(frames.size()) + " frames"};
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return "calibration by " + std::to_string(frames.size()) + " frames"; });
 }
 
 }  // namespace fransac

@@ -16,7 +16,10 @@ namespace fransac::io::cloud_formats {
 
 Result<PointCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
 Result<PointCloud> decode_ply(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
-/// Either, found from the content.
+/// Lines of text, each "x y z" and what else there may be, apart by blanks, commas or semicolons; '#' and "//" start comments. A
+/// first line of words names the columns, a first number alone counts the points. `name` stands for the file in messages.
+Result<PointCloud> decode_xyz(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
+/// Any of them: from the content, text without a header by the name's ending .xyz.
 Result<PointCloud> decode_cloud(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
 
 /// What is written: a cloud with points, planes' labels and obstacles' ids, each one per point or none at all.

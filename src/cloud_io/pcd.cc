@@ -11,6 +11,7 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -171,13 +172,15 @@ Status find_axes(Header& header, const std::string& name) {
     if (field.name != kPadding && !seen.insert(field.name).second)
       return format_error(name, "a second field " + quoted_text(field.name));
   }
+  constexpr std::array<std::string_view, 3> kUpperCase = {"X", "Y", "Z"};
   for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-    const auto found =
-        std::find_if(header.fields.begin(), header.fields.end(), [&](const Field& field) { return field.name == kAxes[axis]; });
+    const auto named = [&](std::string_view wanted) {
+      return std::find_if(header.fields.begin(), header.fields.end(), [&](const Field& field) { return field.name == wanted; });
+    };
+    auto found = named(kAxes[axis]);
+    if (found == header.fields.end()) found = named(kUpperCase[axis]);
     if (found == header.fields.end()) return format_error(name, "has no field " + quoted_text(kAxes[axis]));
-    if (found->type != 'F' || found->count != 1) {
-      return format_error(name, "field " + quoted_text(kAxes[axis]) + " is not one float or double");
-    }
+    if (found->count != 1) return format_error(name, "field " + quoted_text(kAxes[axis]) + " is not one number");
     header.axes[axis] = static_cast<std::size_t>(found - header.fields.begin());
   }
   return {};
@@ -327,11 +330,23 @@ pcl::PCLPointCloud2 empty_blob(const Header& header) {
   return blob;
 }
 
-template <class Real>
+template <class T>
 double load(const std::uint8_t* bytes) {
-  Real value;
+  T value;
   std::memcpy(&value, bytes, sizeof value);
   return static_cast<double>(value);
+}
+
+/// How a field's values are read, whatever type they have.
+double (*loader_of(const Field& field))(const std::uint8_t*) {
+  if (field.type == 'F') return field.size == 4 ? &load<float> : &load<double>;
+  const bool is_signed = field.type == 'I';
+  switch (field.size) {
+    case 1: return is_signed ? &load<std::int8_t> : &load<std::uint8_t>;
+    case 2: return is_signed ? &load<std::int16_t> : &load<std::uint16_t>;
+    case 4: return is_signed ? &load<std::int32_t> : &load<std::uint32_t>;
+    default: return is_signed ? &load<std::int64_t> : &load<std::uint64_t>;
+  }
 }
 
 Result<PointCloud> decode_binary(const Header& header, const ReadLimits& limits, const std::string& name) {
@@ -347,16 +362,14 @@ Result<PointCloud> decode_binary(const Header& header, const ReadLimits& limits,
   }
   struct Axis {
     std::size_t offset;
-    bool is_float;
+    double (*load)(const std::uint8_t*);
   };
   std::array<Axis, 3> axes{};
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     const Field& field = header.fields[header.axes[axis]];
-    axes[axis] = {field.offset, field.size == sizeof(float)};
+    axes[axis] = {field.offset, loader_of(field)};
   }
-  const auto value = [](const std::uint8_t* point, Axis axis) {
-    return axis.is_float ? load<float>(point + axis.offset) : load<double>(point + axis.offset);
-  };
+  const auto value = [](const std::uint8_t* point, Axis axis) { return axis.load(point + axis.offset); };
   const auto coordinate = [&](std::size_t i) {
     const std::uint8_t* point = blob.data.data() + i * header.point_bytes;
     return Eigen::Vector3d(value(point, axes[0]), value(point, axes[1]), value(point, axes[2]));
@@ -495,7 +508,9 @@ Result<std::string> encode_pcd(const LabelledCloud& labelled, CloudEncoding enco
     return text.append(reinterpret_cast<const char*>(blob.data.data()), blob.data.size());
   }
   std::ostringstream stream;
-  if (writer.writeBinaryCompressed(stream, blob, no_translation, no_rotation) < 0 || !stream) {
+  const int written = writer.writeBinaryCompressed(stream, blob, no_translation, no_rotation);
+  if (!stream) throw std::bad_alloc();  // a stream into memory has no other fault
+  if (written < 0) {
     return file_error(ErrorCode::unsupported, name, "the cloud is too large for binary_compressed; binary has no such limit");
   }
   return std::move(stream).str();

@@ -86,6 +86,7 @@ struct Element {
   std::uint64_t count = 0;
   std::vector<Property> properties;
   std::set<std::string_view> names;  ///< Of the properties.
+  std::set<Role> roles;              ///< Of the properties that have one.
 };
 
 struct Header {
@@ -117,7 +118,7 @@ Status read_element(const std::vector<std::string_view>& tokens, Header& header,
   const auto count = tokens.size() == 3 ? parse_count(tokens[2]) : std::nullopt;
   if (!count) return format_error(place, "expected 'element NAME COUNT' with a count from 0 to 2147483647");
   if (!header.names.insert(tokens[1]).second) return format_error(place, "a second element " + quoted_text(tokens[1]));
-  header.elements.push_back({.name = tokens[1], .count = *count, .properties = {}, .names = {}});
+  header.elements.push_back({.name = tokens[1], .count = *count, .properties = {}, .names = {}, .roles = {}});
   return {};
 }
 
@@ -128,9 +129,12 @@ Role role_of(std::string_view element, std::string_view property) {
     Role role;
   };
   // PCL's writer says the extent of an organised cloud in its camera element.
-  constexpr std::array<Entry, 5> kRoles = {{{"vertex", "x", Role::x},
+  constexpr std::array<Entry, 8> kRoles = {{{"vertex", "x", Role::x},
                                             {"vertex", "y", Role::y},
                                             {"vertex", "z", Role::z},
+                                            {"vertex", "X", Role::x},
+                                            {"vertex", "Y", Role::y},
+                                            {"vertex", "Z", Role::z},
                                             {"camera", "viewportx", Role::columns},
                                             {"camera", "viewporty", Role::rows}}};
   for (const auto& entry : kRoles) {
@@ -156,7 +160,9 @@ Status read_property(const std::vector<std::string_view>& tokens, Header& header
     }
   }
   if (!element.names.insert(property.name).second) return format_error(place, "a second property " + quoted_text(property.name));
-  if (!list) property.role = role_of(element.name, property.name);
+  const Role role = list ? Role::none : role_of(element.name, property.name);
+  const bool taken = role != Role::none && !element.roles.insert(role).second;
+  property.role = taken ? Role::none : role;  // "x" beside "X": the first
   element.properties.push_back(property);
   return {};
 }
@@ -182,13 +188,10 @@ Status read_header_line(const std::vector<std::string_view>& tokens, Header& hea
 Status check_vertex(const Header& header, const std::string& name) {
   for (const Element& element : header.elements) {
     if (element.name != "vertex") continue;
-    for (const std::string_view axis : {"x", "y", "z"}) {
-      const auto found = std::find_if(element.properties.begin(), element.properties.end(),
-                                      [&](const Property& property) { return property.name == axis; });
-      if (found == element.properties.end()) return format_error(name, "the vertices have no property " + quoted_text(axis));
-      if (found->list_count || !is_real(found->type)) {
-        return format_error(name, "the vertices' property " + quoted_text(axis) + " is not a float or a double");
-      }
+    for (const auto& [axis, role] : {std::pair{"x", Role::x}, std::pair{"y", Role::y}, std::pair{"z", Role::z}}) {
+      const bool found = std::any_of(element.properties.begin(), element.properties.end(),
+                                     [&, wanted = role](const Property& property) { return property.role == wanted; });
+      if (!found) return format_error(name, "the vertices have no property " + quoted_text(axis) + " that is a number");
     }
     return {};
   }
@@ -260,7 +263,8 @@ class BinaryValues {
   }
   static std::uint64_t fewest_bytes(Type type) { return size_of(type); }
   [[nodiscard]] std::size_t bytes_left() const { return rest_.size(); }
-  [[nodiscard]] bool at_end() const { return rest_.empty(); }
+  /// Some writers end binary files as texts.
+  [[nodiscard]] bool at_end() const { return rest_.empty() || rest_ == "\n" || rest_ == "\r\n"; }
 
  private:
   template <class T>

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "core/caught.hpp"
+
 namespace fransac {
 namespace {
 
@@ -14,7 +16,7 @@ bool within(double value, double min, double max) { return value >= min && value
 
 }  // namespace
 
-Status validate(const Camera& camera) {
+Status validate(const Camera& camera) try {
   const char* const size_rule = "must be between 1 and 32768 pixels";
   if (camera.width < 1 || camera.width > kMaxImageSide) return field_error("width", size_rule);
   if (camera.height < 1 || camera.height > kMaxImageSide) return field_error("height", size_rule);
@@ -28,6 +30,8 @@ Status validate(const Camera& camera) {
     return field_error("depth_scale", "must be between 1 and 1e6 units per metre (metres = value / depth_scale)");
   }
   return {};
+} catch (const std::exception& exception) {
+  return caught(exception, "camera");
 }
 
 }  // namespace fransac

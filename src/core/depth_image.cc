@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/caught.hpp"
 #include "fransac/core/camera.hpp"
 
 namespace fransac {
@@ -43,7 +44,7 @@ float DepthView::metres(int u, int v) const {
   return z > 0.0F && z <= kMaxDepth_m ? z : 0.0F;  // false for NaN
 }
 
-Status validate(const DepthView& depth) {
+Status validate(const DepthView& depth) try {
   const auto error = [](const char* message) { return Error{ErrorCode::invalid_argument, message}; };
   if (depth.width() < 1 || depth.width() > kMaxImageSide) return error("depth image: width must be between 1 and 32768 pixels");
   if (depth.height() < 1 || depth.height() > kMaxImageSide)
@@ -60,6 +61,8 @@ Status validate(const DepthView& depth) {
     return error("depth image: depth scale must be a positive number of units per metre");
   }
   return {};
+} catch (const std::exception& exception) {
+  return caught(exception, "depth image");
 }
 
 }  // namespace fransac

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/caught.hpp"
 #include "core/number_text.hpp"
 #include "fransac/core/camera.hpp"
 
@@ -81,21 +82,25 @@ Status check(std::string_view field, int pixels) {
 
 }  // namespace
 
-Status validate(const Distortion& distortion) {
+Status validate(const Distortion& distortion) try {
   if (distortion == Distortion{}) return {};
   if (Status status = check("width", distortion.width); !status) return status;
   if (Status status = check("height", distortion.height); !status) return status;
   if (Status status = check("offset_per_m", distortion.offset_per_m); !status) return status;
   return check("gain", distortion.gain);
+} catch (const std::exception& exception) {
+  return caught(exception, "distortion");
 }
 
-Status check_shape(const Distortion& distortion, int width, int height) {
+Status check_shape(const Distortion& distortion, int width, int height) try {
   constexpr double kTolerance = 0.05;  // copies with fewer pixels are cut at a border
   const double own = static_cast<double>(distortion.width) * height;
   if (distortion.empty() || std::abs(static_cast<double>(width) * distortion.height - own) <= kTolerance * own) return {};
   const auto size = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
   return Error{ErrorCode::invalid_argument, "distortion: is that of images of " + size(distortion.width, distortion.height) +
                                                 " pixels; " + size(width, height) + " have another shape"};
+} catch (const std::exception& exception) {
+  return caught(exception, "distortion");
 }
 
 std::array<double, kDistortionTerms> distortion_terms(double x, double y) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fransac/core/parallel.hpp"
 
+#include <pthread.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
@@ -8,15 +9,36 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <optional>
-#ifdef __SANITIZE_THREAD__
 #include <atomic>
-#include <thread>
+#include <latch>
+#include <optional>
 #include <vector>
+#ifdef __SANITIZE_THREAD__
+#include <thread>
 #endif
 
 namespace fransac {
 namespace {
+
+/// Whether so many threads can be made beside this one. TBB throws, or ends the program, where it cannot make its own, and does
+/// so with tasks on their way; so they are made first to see. Once made, TBB keeps them: only more than ever before are tried.
+bool can_make_threads(int count) {
+  static std::atomic<int> most_made{0};
+  if (count <= most_made.load(std::memory_order_relaxed)) return true;
+  std::latch all_made(1);
+  std::vector<pthread_t> threads(static_cast<std::size_t>(count));
+  const auto wait = [](void* latch) -> void* {
+    static_cast<std::latch*>(latch)->wait();
+    return nullptr;
+  };
+  std::size_t started = 0;
+  while (started < threads.size() && ::pthread_create(&threads[started], nullptr, wait, &all_made) == 0) ++started;
+  all_made.count_down();
+  for (std::size_t i = 0; i < started; ++i) ::pthread_join(threads[i], nullptr);
+  const bool made = started == threads.size();
+  if (made) most_made.store(count, std::memory_order_relaxed);
+  return made;
+}
 
 #ifdef __SANITIZE_THREAD__
 // The thread sanitizer does not see how TBB, which is built without it, passes work from thread to thread, and reports
@@ -66,7 +88,7 @@ int resolve_threads(int threads) { return threads > 0 ? threads : tbb::info::def
 void parallel_for(int threads, std::size_t n, IndexFunction body) {
   // An arena of more threads than TBB has makes it print a warning.
   const int count = std::min(resolve_threads(threads), tbb::info::default_concurrency());
-  if (count == 1 || n <= 1) {
+  if (count == 1 || n <= 1 || !can_make_threads(count - 1)) {
     for (std::size_t i = 0; i < n; ++i) body(i);
     return;
   }
@@ -80,7 +102,7 @@ void run_pipeline(int threads, std::size_t slots, IndexPredicate next, std::span
 #else
   constexpr bool kWatched = false;
 #endif
-  if (count == 1 || slots <= 1 || kWatched) return run_one_by_one(next, stages);
+  if (count == 1 || slots <= 1 || kWatched || !can_make_threads(count - 1)) return run_one_by_one(next, stages);
   // Items leave in the order in which they came and no more than `slots` are on their way: the slot of the one that came `slots`
   // items ago is free.
   std::size_t items = 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/caught.hpp"
 #include "core/number_text.hpp"
 
 namespace fransac {
@@ -95,15 +96,17 @@ SensorModel model_of(const SensorOptions& o, const Camera& camera) {
 
 double DepthNoise::sigma_m(double z_m) const { return std::hypot(constant_m, linear * z_m, quadratic_per_m * z_m * z_m); }
 
-Status validate(const SensorOptions& options) {
+Status validate(const SensorOptions& options) try {
   Status status;
   for_each_parameter(options, [&](const SensorParameter& parameter, const std::optional<double>& value) {
     if (status && value) status = check(parameter, options.kind, *value);
   });
   return status ? validate(options.distortion) : status;
+} catch (const std::exception& exception) {
+  return caught(exception, "sensor");
 }
 
-Result<SensorModel> sensor_model(const SensorOptions& options, const Camera& camera, double metres_per_unit) {
+Result<SensorModel> sensor_model(const SensorOptions& options, const Camera& camera, double metres_per_unit) try {
   if (Status status = validate(options); !status) return status.error();
   if (Status status = validate(camera); !status) return status.error();
   if (!(metres_per_unit >= 0.0 && metres_per_unit <= 1.0)) {
@@ -113,6 +116,8 @@ Result<SensorModel> sensor_model(const SensorOptions& options, const Camera& cam
   // Uniform over one unit.
   model.noise.constant_m = std::hypot(model.noise.constant_m, metres_per_unit / std::sqrt(12.0));
   return model;
+} catch (const std::exception& exception) {
+  return caught(exception, "sensor");
 }
 
 }  // namespace fransac

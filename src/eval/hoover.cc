@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "core/caught.hpp"
 #include "core/union_find.hpp"
 #include "fransac/core/labels.hpp"
 
@@ -211,23 +212,23 @@ Status check(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> 
 }  // namespace
 
 Result<HooverMetrics> hoover(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted, int width,
-                             double tolerance, const HooverOptions& options) {
+                             double tolerance, const HooverOptions& options) try {
   const Result<std::vector<HooverMetrics>> metrics = hoover(truth, predicted, width, std::span(&tolerance, 1), options);
   if (!metrics) return metrics.error();
   return metrics->front();
+} catch (const std::exception& exception) {
+  return caught(exception, "comparison of regions");
 }
 
 Result<std::vector<HooverMetrics>> hoover(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted, int width,
-                                          std::span<const double> tolerances, const HooverOptions& options) {
+                                          std::span<const double> tolerances, const HooverOptions& options) try {
   if (const Status status = check(truth, predicted, width, tolerances, options); !status) return status.error();
-  try {
-    const Regions regions = regions_of(truth, predicted, static_cast<std::size_t>(width), options);
-    std::vector<HooverMetrics> metrics;
-    for (const double tolerance : tolerances) metrics.push_back(classify(regions, tolerance));
-    return metrics;
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::out_of_memory, "not enough memory to compare regions"};
-  }
+  const Regions regions = regions_of(truth, predicted, static_cast<std::size_t>(width), options);
+  std::vector<HooverMetrics> metrics;
+  for (const double tolerance : tolerances) metrics.push_back(classify(regions, tolerance));
+  return metrics;
+} catch (const std::exception& exception) {
+  return caught(exception, "comparison of regions");
 }
 
 }  // namespace fransac::eval

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "core/caught.hpp"
 #include "fransac/core/labels.hpp"
 
 namespace fransac::eval {
@@ -252,46 +253,40 @@ double plane_pixel_f1(const Confusion& confusion) {
   return on_plane.f1();
 }
 
-/// `compute()`, which may run out of memory.
-template <class T, class Compute>
-Result<T> within_memory(Compute compute) {
-  try {
-    return compute();
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::out_of_memory, "not enough memory to compare labels"};
-  }
-}
+constexpr const char* kComparison = "comparison of labels";
 
 /// Runs `compute` on the confusion of two label images of equal size.
 template <class T, class Compute>
-Result<T> compare(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted, Compute compute) {
+Result<T> compare(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted, Compute compute) try {
   if (const Status status = check_sizes(truth.size(), predicted.size()); !status) return status.error();
-  return within_memory<T>([&] { return compute(Confusion(truth, predicted)); });
+  return compute(Confusion(truth, predicted));
+} catch (const std::exception& exception) {
+  return caught(exception, kComparison);
 }
 
 template <class Mask>
 Result<ObjectMetrics> compare_objects(std::span<const std::uint16_t> truth, std::span<const std::uint16_t> predicted,
-                                      std::span<const Mask> mask) {
+                                      std::span<const Mask> mask) try {
   if (const Status status = check_sizes(truth.size(), predicted.size()); !status) return status.error();
   if (mask.size() != truth.size()) {
     return Error{ErrorCode::invalid_argument, "truth has " + std::to_string(truth.size()) + " pixels, what is judged " +
                                                   std::to_string(mask.size()) + ": the sizes must be equal"};
   }
-  return within_memory<ObjectMetrics>([&] {
-    std::vector<char> judged(mask.size());
-    std::transform(mask.begin(), mask.end(), judged.begin(), [](Mask value) { return value != 0 ? 1 : 0; });
-    const Overlaps overlaps = overlaps_of(truth, predicted, judged);
-    ObjectMetrics metrics;
-    metrics.true_objects = static_cast<int>(overlaps.truth.size());
-    metrics.predicted_objects = static_cast<int>(overlaps.predicted.size());
-    add_matches(overlaps, metrics);
-    metrics.false_objects = false_objects(overlaps);
-    const std::vector<double> best = overlaps.best_iou();
-    for (std::size_t t = 0; t < best.size(); ++t) {
-      metrics.objects.push_back({static_cast<std::uint16_t>(overlaps.truth[t].label), overlaps.truth[t].pixels, best[t]});
-    }
-    return metrics;
-  });
+  std::vector<char> judged(mask.size());
+  std::transform(mask.begin(), mask.end(), judged.begin(), [](Mask value) { return value != 0 ? 1 : 0; });
+  const Overlaps overlaps = overlaps_of(truth, predicted, judged);
+  ObjectMetrics metrics;
+  metrics.true_objects = static_cast<int>(overlaps.truth.size());
+  metrics.predicted_objects = static_cast<int>(overlaps.predicted.size());
+  add_matches(overlaps, metrics);
+  metrics.false_objects = false_objects(overlaps);
+  const std::vector<double> best = overlaps.best_iou();
+  for (std::size_t t = 0; t < best.size(); ++t) {
+    metrics.objects.push_back({static_cast<std::uint16_t>(overlaps.truth[t].label), overlaps.truth[t].pixels, best[t]});
+  }
+  return metrics;
+} catch (const std::exception& exception) {
+  return caught(exception, kComparison);
 }
 
 }  // namespace
@@ -336,10 +331,10 @@ Result<MatchedDetection> matched_plane(std::span<const std::uint8_t> truth, std:
 
 Result<InstanceMetrics> instance_metrics(std::span<const std::uint8_t> truth, std::span<const std::uint8_t> predicted,
                                          double min_share) {
-  if (!(min_share >= 0.0 && min_share <= 1.0)) {
-    return Error{ErrorCode::invalid_argument, "min_share must be between 0 and 1, not " + std::to_string(min_share)};
-  }
-  return compare<InstanceMetrics>(truth, predicted, [&](const Confusion& confusion) {
+  return compare<InstanceMetrics>(truth, predicted, [&](const Confusion& confusion) -> Result<InstanceMetrics> {
+    if (!(min_share >= 0.0 && min_share <= 1.0)) {
+      return Error{ErrorCode::invalid_argument, "min_share must be between 0 and 1, not " + std::to_string(min_share)};
+    }
     const Overlaps overlaps = overlaps_of(confusion, min_share);
     InstanceMetrics metrics;
     metrics.true_planes = static_cast<int>(overlaps.truth.size());
@@ -366,7 +361,7 @@ Result<ObjectMetrics> object_metrics(std::span<const std::uint16_t> truth, std::
 double FloorAsObstacle::share() const { return ratio(obstacle, floor); }
 
 Result<FloorAsObstacle> floor_as_obstacle(std::span<const std::uint8_t> truth, std::span<const std::uint16_t> obstacles,
-                                          std::uint8_t floor_label) {
+                                          std::uint8_t floor_label) try {
   if (const Status status = check_sizes(truth.size(), obstacles.size()); !status) return status.error();
   FloorAsObstacle counts;
   for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -375,6 +370,8 @@ Result<FloorAsObstacle> floor_as_obstacle(std::span<const std::uint8_t> truth, s
     if (obstacles[i] != 0) ++counts.obstacle;
   }
   return counts;
+} catch (const std::exception& exception) {
+  return caught(exception, kComparison);
 }
 
 PlaneError plane_error(const Plane& truth, const Plane& predicted) {

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <limits>
 
+#include "core/caught.hpp"
+
 namespace fransac {
 namespace {
 
@@ -85,7 +87,7 @@ bool without_saturated(const DepthView& depth, int saturated, CorrectedDepth& re
   return true;
 }
 
-Status correct(const DepthView& depth, const Distortion& distortion, int saturated, CorrectedDepth& result) {
+Status correct(const DepthView& depth, const Distortion& distortion, int saturated, CorrectedDepth& result) try {
   if (Status status = validate(distortion); !status) return status;
   if (Status status = check_shape(distortion, depth.width(), depth.height()); !status) return status;
   if (depth.format() == DepthFormat::uint16) {
@@ -98,6 +100,8 @@ Status correct(const DepthView& depth, const Distortion& distortion, int saturat
     result.view = depth.in_memory(result.metres.data(), depth.width() * static_cast<std::ptrdiff_t>(sizeof(float)));
   }
   return {};
+} catch (const std::exception& exception) {
+  return caught(exception, "depth image");
 }
 
 }  // namespace fransac

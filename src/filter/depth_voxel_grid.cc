@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "core/caught.hpp"
 #include "filter/voxel_grid_scratch.hpp"
 #include "fransac/core/parallel.hpp"
 #include "fransac/filter/deproject.hpp"
@@ -339,9 +340,10 @@ Status voxel_grid(const DepthView& depth, const Camera& camera, const DepthGridO
                      });
   if (built) return {};
   return voxel_grid_of_cloud(depth, camera, options, grid);
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory, "not enough memory for the voxel grid of " + std::to_string(depth.width()) + " x " +
-                                             std::to_string(depth.height()) + " pixels"};
+} catch (const std::exception& exception) {
+  return caught(exception, [&] {
+    return "voxel grid of " + std::to_string(depth.width()) + " x " + std::to_string(depth.height()) + " pixels";
+  });
 }
 
 }  // namespace fransac

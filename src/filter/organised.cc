@@ -6,6 +6,7 @@
 #include <new>
 #include <string>
 
+#include "core/caught.hpp"
 #include "core/number_text.hpp"
 
 namespace fransac {
@@ -137,8 +138,8 @@ Status organised_depth(const PointCloud& cloud, OrganisedDepth& out) try {
   if (Status status = read_depth(cloud, out.metres); !status) return status;
   if (Status status = fit_camera(cloud, out.metres, out.camera); !status) return status;
   return measure_error(cloud, out);
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory, "not enough memory for the depth image of " + std::to_string(cloud.size()) + " points"};
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return "depth image of " + std::to_string(cloud.size()) + " points"; });
 }
 
 }  // namespace fransac

@@ -9,6 +9,7 @@
 #include <new>
 #include <string>
 
+#include "core/caught.hpp"
 #include "fransac/core/labels.hpp"
 
 namespace fransac {
@@ -136,9 +137,8 @@ Result<RayMap> ray_map(const RayTable& rays, const Camera& ideal) try {
   map.height = rays.height;
   MapBuilder(rays, map).build();
   return map;
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory,
-               "not enough memory for a ray map of " + size_text(ideal.width, ideal.height) + " pixels"};
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return "ray map of " + size_text(ideal.width, ideal.height) + " pixels"; });
 }
 
 Status undistort(const DepthView& depth, const RayMap& map, std::vector<float>& metres) try {
@@ -148,12 +148,12 @@ Status undistort(const DepthView& depth, const RayMap& map, std::vector<float>& 
     metres[i] = map.original[i] < depth.size() ? metres_at(depth, map.original[i]) : 0.0F;
   }
   return {};
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory, "not enough memory for " + std::to_string(map.original.size()) + " pixels"};
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return "image of " + std::to_string(map.original.size()) + " pixels"; });
 }
 
 Status labels_to_original(const DepthView& depth, const RayMap& map, std::span<const std::uint8_t> ideal_labels,
-                          std::span<std::uint8_t> labels) {
+                          std::span<std::uint8_t> labels) try {
   if (Status status = check(depth, map); !status) return status;
   if (ideal_labels.size() != map.original.size() || labels.size() != depth.size()) {
     return invalid("labels: there must be " + std::to_string(map.original.size()) + " of the ideal image and " +
@@ -167,6 +167,8 @@ Status labels_to_original(const DepthView& depth, const RayMap& map, std::span<c
     labels[i] = !measured ? kLabelNoDepth : label == kLabelNoDepth ? kLabelNoPlane : label;
   }
   return {};
+} catch (const std::exception& exception) {
+  return caught(exception, "labels");
 }
 
 }  // namespace fransac

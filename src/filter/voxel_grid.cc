@@ -9,6 +9,7 @@
 #include <new>
 #include <string>
 
+#include "core/caught.hpp"
 #include "filter/voxel_grid_scratch.hpp"
 #include "fransac/core/parallel.hpp"
 #include "kernels/points.h"
@@ -319,10 +320,6 @@ Status check_leaf_sizes(const Eigen::Vector3d& leaf_size_m) {
   return {};
 }
 
-Error out_of_memory(std::size_t points) {
-  return Error{ErrorCode::out_of_memory, "not enough memory for the voxel grid of " + std::to_string(points) + " points"};
-}
-
 }  // namespace
 
 VoxelGrid::VoxelGrid() : scratch(std::make_unique<Scratch>()) {}
@@ -419,8 +416,8 @@ Status voxel_grid(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m, L
   clear(cloud.origin, grid);
   if (cloud.empty()) return {};
   return make_grid(CloudStretches{cloud}, cloud.size(), box_of(cloud), {leaf_size_m, leaf_point, true, threads}, grid);
-} catch (const std::bad_alloc&) {
-  return out_of_memory(cloud.size());
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return "voxel grid of " + std::to_string(cloud.size()) + " points"; });
 }
 
 Status voxel_grid(const PointsView& points, const PointsGridOptions& options, VoxelGrid& grid) try {
@@ -434,8 +431,8 @@ Status voxel_grid(const PointsView& points, const PointsGridOptions& options, Vo
     return {};
   }
   return make_grid(ViewStretches{points, box.finite}, points.size, box, options, grid);
-} catch (const std::bad_alloc&) {
-  return out_of_memory(points.size);
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return "voxel grid of " + std::to_string(points.size) + " points"; });
 }
 
 }  // namespace fransac

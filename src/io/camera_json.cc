@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMaxCameraBytes = std::size_t{1} << 20;  // seven numbers and whatever else a tool may keep there
 
-Result<Camera> camera_from_json(const nlohmann::json& object, const std::string& name) {
+Result<Camera> camera_from_json(const Json& object, const std::string& name) {
   Camera camera;
   for (const auto& [field, value] : {std::pair{"width", &camera.width}, std::pair{"height", &camera.height}}) {
     const Result<int> read = whole_field(object, field, field, kMaxImageSide, name);
@@ -23,7 +23,7 @@ Result<Camera> camera_from_json(const nlohmann::json& object, const std::string&
   }
   for (const auto& [field, value] : {std::pair{"fx", &camera.fx}, std::pair{"fy", &camera.fy}, std::pair{"cx", &camera.cx},
                                      std::pair{"cy", &camera.cy}, std::pair{"depth_scale", &camera.depth_scale}}) {
-    if (value == &camera.depth_scale && !object.contains(field)) continue;
+    if (value == &camera.depth_scale && object.find(field) == nullptr) continue;
     const Result<double> read = number_field(object, field, field, name);
     if (!read) return read.error();
     *value = *read;
@@ -36,26 +36,24 @@ Result<Camera> camera_from_json(const nlohmann::json& object, const std::string&
 
 Result<Camera> parse_camera_json(std::string_view text, const std::string& name) {
   return guarded(name, [&]() -> Result<Camera> {
-    const Result<nlohmann::json> object = parse_json_object(text, name);
+    const Result<Json> object = parse_json_object(text, name);
     if (!object) return object.error();
     return camera_from_json(*object, name);
   });
 }
 
 Result<Camera> read_camera_json(const std::filesystem::path& file) {
-  const Result<std::vector<std::byte>> bytes = read_file(file, kMaxCameraBytes);
-  if (!bytes) return bytes.error();
-  return guarded(file.native(), [&] { return parse_camera_json(as_text(*bytes), file.string()); });
+  return guarded(file.native(), [&]() -> Result<Camera> {
+    const Result<std::vector<std::byte>> bytes = read_file(file, kMaxCameraBytes);
+    if (!bytes) return bytes.error();
+    return parse_camera_json(as_text(*bytes), file.string());
+  });
 }
 
 std::string camera_to_json(const Camera& camera) {
-  return to_text({{"width", camera.width},
-                  {"height", camera.height},
-                  {"fx", camera.fx},
-                  {"fy", camera.fy},
-                  {"cx", camera.cx},
-                  {"cy", camera.cy},
-                  {"depth_scale", camera.depth_scale}});
+  return Json::object("width", camera.width, "height", camera.height, "fx", camera.fx, "fy", camera.fy, "cx", camera.cx, "cy",
+                      camera.cy, "depth_scale", camera.depth_scale)
+      .text();
 }
 
 std::optional<Camera> tum_camera(std::string_view name) {

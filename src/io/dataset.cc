@@ -76,19 +76,18 @@ struct DatasetJson {
   std::optional<int> floor;
 };
 
-Result<std::string> string_field(const nlohmann::json& object, const char* field, const char* otherwise,
-                                 const std::string& name) {
-  const auto found = object.find(field);
-  if (found == object.end()) return std::string(otherwise);
-  if (!found->is_string()) return field_error(name, field, std::string("must be a string, not ") + found->type_name());
-  return found->get<std::string>();
+Result<std::string> string_field(const Json& object, const char* field, const char* otherwise, const std::string& name) {
+  const Json* const found = object.find(field);
+  if (found == nullptr) return std::string(otherwise);
+  if (found->string() == nullptr) return field_error(name, field, std::string("must be a string, not ") + found->type_name());
+  return *found->string();
 }
 
 Result<DatasetJson> read_dataset_json(const fs::path& file) {
   const Result<std::vector<std::byte>> bytes = read_file(file, kMaxJsonBytes);
   if (!bytes) return bytes.error();
   const std::string name = file.string();
-  const Result<nlohmann::json> object = parse_json_object(as_text(*bytes), name);
+  const Result<Json> object = parse_json_object(as_text(*bytes), name);
   if (!object) return object.error();
   const Result<std::string> truth = string_field(*object, "truth", "none", name);
   if (!truth) return truth.error();
@@ -98,7 +97,7 @@ Result<DatasetJson> read_dataset_json(const fs::path& file) {
       std::find_if(kTruthNames.begin(), kTruthNames.end(), [&](const auto& entry) { return entry.second == *truth; });
   if (known == kTruthNames.end()) return field_error(name, "truth", R"(must be "none", "dominant" or "planes")");
   DatasetJson json{known->first, *std::move(sensor), {}};
-  if (object->contains("floor")) {
+  if (object->find("floor") != nullptr) {
     const Result<int> floor = label_field(*object, "floor", "floor", name);
     if (!floor) return floor.error();
     json.floor = *floor;
@@ -201,7 +200,8 @@ Status list_kind(const fs::path& input, Dataset& dataset) {
     case InputKind::dataset: return list_dataset(input, dataset);
     case InputKind::tum_sequence: return list_tum(input, dataset);
     case InputKind::pcd:
-    case InputKind::ply: break;
+    case InputKind::ply:
+    case InputKind::xyz: break;
   }
   return file_error(ErrorCode::invalid_argument, input.native(), "a point cloud, which has no depth frames");
 }
@@ -225,9 +225,9 @@ Status write_dataset_json(const fs::path& folder, Truth truth, const std::string
   return guarded(folder.native(), [&] {
     const auto* const known =
         std::find_if(kTruthNames.begin(), kTruthNames.end(), [&](const auto& entry) { return entry.first == truth; });
-    nlohmann::ordered_json object{{"truth", known->second}};
-    if (!sensor.empty()) object["sensor"] = sensor;
-    return write_file(folder / "dataset.json", to_text(object));
+    Json object = Json::object("truth", known->second);
+    if (!sensor.empty()) object.add("sensor", sensor);
+    return write_file(folder / "dataset.json", object.text());
   });
 }
 

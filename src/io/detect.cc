@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/detect.h"
 
+#include <dirent.h>
+
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
+#include <memory>
+#include <new>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "io/file_head.h"
@@ -40,6 +46,7 @@ std::optional<InputKind> kind_of_name(const fs::path& file) {
   if (extension == ".png") return InputKind::depth_png;
   if (extension == ".pcd") return InputKind::pcd;
   if (extension == ".ply") return InputKind::ply;
+  if (extension == ".xyz") return InputKind::xyz;
   return std::nullopt;
 }
 
@@ -50,7 +57,7 @@ Result<InputKind> kind_of_file(const fs::path& file) {
   if (!head) return head.error();
   if (const auto kind = kind_of_content(as_text(*head))) return *kind;
   if (const auto kind = kind_of_name(file)) return *kind;
-  return unknown(file, "neither a depth PNG nor a PCD nor a PLY file");
+  return unknown(file, "neither a depth PNG nor a PCD, PLY or XYZ file");
 }
 
 Result<InputKind> kind_of_folder(const fs::path& folder) {
@@ -82,6 +89,7 @@ bool is_depth_png(const fs::path& file) {
 }
 
 std::optional<InputKind> kind_of_content(std::string_view head) {
+  if (head.starts_with(kByteOrderMark)) head.remove_prefix(kByteOrderMark.size());
   if (head.starts_with("\x89PNG\r\n\x1a\n")) return InputKind::depth_png;
   if (head.starts_with("ply\n") || head.starts_with("ply\r")) return InputKind::ply;
   if (starts_like_pcd(head)) return InputKind::pcd;
@@ -90,14 +98,22 @@ std::optional<InputKind> kind_of_content(std::string_view head) {
 
 Result<std::vector<fs::path>> sorted_entries(const fs::path& folder) {
   std::vector<fs::path> entries;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    entries.push_back(entry->path());
+  // std::filesystem's iterator ends the program where it gets no memory.
+  const auto close = [](DIR* open) { ::closedir(open); };
+  const std::unique_ptr<DIR, decltype(close)> stream(::opendir(folder.c_str()), close);
+  errno = stream ? 0 : errno;
+  while (const dirent* const entry = stream ? ::readdir(stream.get()) : nullptr) {
+    const std::string_view name = entry->d_name;
+    if (name != "." && name != "..") entries.push_back(folder / name);
+    errno = 0;
   }
-  if (error) return file_error(ErrorCode::io, folder.native(), error.message());
+  if (errno == ENOMEM) throw std::bad_alloc();
+  if (errno != 0) return file_error(ErrorCode::io, folder.native(), std::generic_category().message(errno));
   std::sort(entries.begin(), entries.end());
   return entries;
 }
+
+bool is_cloud(InputKind kind) { return kind == InputKind::pcd || kind == InputKind::ply || kind == InputKind::xyz; }
 
 std::string_view to_string(InputKind kind) {
   switch (kind) {
@@ -107,6 +123,7 @@ std::string_view to_string(InputKind kind) {
     case InputKind::tum_sequence: return "tum_sequence";
     case InputKind::pcd: return "pcd";
     case InputKind::ply: return "ply";
+    case InputKind::xyz: return "xyz";
   }
   return "unknown";
 }

@@ -3,11 +3,10 @@
 #pragma once
 
 #include <exception>
-#include <filesystem>
-#include <new>
 #include <string>
 #include <string_view>
 
+#include "core/caught.hpp"
 #include "fransac/core/printable.hpp"
 #include "fransac/core/result.hpp"
 
@@ -28,12 +27,8 @@ template <class Function>
 auto guarded(std::string_view file, Function&& function) -> decltype(function()) {
   try {
     return function();
-  } catch (const std::bad_alloc&) {
-    return file_error(ErrorCode::out_of_memory, file, "not enough memory");
-  } catch (const std::filesystem::filesystem_error& error) {
-    return file_error(ErrorCode::io, file, error.code().message());
   } catch (const std::exception& exception) {
-    return file_error(ErrorCode::io, file, exception.what());
+    return caught(exception, [&] { return printable(file); });
   }
 }
 

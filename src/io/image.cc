@@ -71,6 +71,12 @@ Status check_size(std::uint64_t width, std::uint64_t height, std::uint64_t neede
   return {};
 }
 
+/// What spng says of an error; throws where that is a lack of memory.
+std::string reason(int error) {
+  if (error == SPNG_EMEM || error == SPNG_EZLIB_INIT) throw std::bad_alloc();
+  return spng_strerror(error);
+}
+
 /// A PNG whose header has been read and checked.
 struct PngReader {
   PngContext context;
@@ -87,7 +93,7 @@ Result<PngReader> open_png(std::span<const std::byte> bytes, const ReadLimits& l
   if (error == 0) error = spng_set_chunk_limits(context, kMaxChunkBytes, kMaxChunkCacheBytes);
   if (error == 0) error = spng_set_png_buffer(context, bytes.data(), bytes.size());
   if (error == 0) error = spng_get_ihdr(context, &reader.header);
-  if (error != 0) return format_error(name, std::string("broken PNG: ") + spng_strerror(error));
+  if (error != 0) return format_error(name, "broken PNG: " + reason(error));
   const spng_ihdr& header = reader.header;
   const std::uint64_t raw_bytes = std::uint64_t{header.width} * header.height * raw_bits_per_pixel(header) / 8;
   if (Status status = check_size(header.width, header.height, raw_bytes / kMaxDeflateFactor, bytes.size(), limits, name);
@@ -107,7 +113,7 @@ Result<Image<T>> decode_png(const PngReader& reader, int format, int channels, c
   spng_ctx* const context = reader.context.get();
   int error = spng_decode_image(context, image.pixels.data(), image.pixels.size() * sizeof(T), format, 0);
   if (error == 0) error = spng_decode_chunks(context);  // to the end mark: a file that was cut off short is not whole
-  if (error != 0) return format_error(name, std::string("broken PNG: ") + spng_strerror(error));
+  if (error != 0) return format_error(name, "broken PNG: " + reason(error));
   return image;
 }
 
@@ -152,9 +158,11 @@ Result<ColourImage> decode_jpeg(std::span<const std::byte> bytes, const ReadLimi
 template <class Image>
 Result<Image> read_image(const std::filesystem::path& file, const ReadLimits& limits,
                          Result<Image> (*decode)(std::span<const std::byte>, const std::string&, const ReadLimits&)) {
-  const Result<std::vector<std::byte>> bytes = read_file(file, limits.max_decoded_bytes());
-  if (!bytes) return bytes.error();
-  return guarded(file.native(), [&] { return decode(*bytes, file.string(), limits); });
+  return guarded(file.native(), [&]() -> Result<Image> {
+    const Result<std::vector<std::byte>> bytes = read_file(file, limits.max_decoded_bytes());
+    if (!bytes) return bytes.error();
+    return decode(*bytes, file.string(), limits);
+  });
 }
 
 template <class T>
@@ -189,18 +197,18 @@ Result<std::vector<std::byte>> encode(const Image<T>& image) {
   std::size_t size = 0;
   void* const buffer = error == 0 ? spng_get_png_buffer(context.get(), &size, &error) : nullptr;
   const std::unique_ptr<void, decltype(&std::free)> owner(buffer, &std::free);
-  if (error == SPNG_EMEM) throw std::bad_alloc();
-  if (error != 0) return Error{ErrorCode::io, std::string("PNG encoder: ") + spng_strerror(error)};
+  if (error != 0) return Error{ErrorCode::io, "PNG encoder: " + reason(error)};
   const auto* const first = static_cast<const std::byte*>(buffer);
   return std::vector<std::byte>(first, first + size);
 }
 
 template <class T>
 Status write_image(const std::filesystem::path& file, const Image<T>& image) {
-  const Result<std::vector<std::byte>> bytes = encode_png(image);
-  if (!bytes)
-    return guarded(file.native(), [&] { return Status(file_error(bytes.error().code, file.native(), bytes.error().message)); });
-  return write_file(file, *bytes);
+  return guarded(file.native(), [&]() -> Status {
+    const Result<std::vector<std::byte>> bytes = encode_png(image);
+    if (!bytes) return file_error(bytes.error().code, file.native(), bytes.error().message);
+    return write_file(file, *bytes);
+  });
 }
 
 }  // namespace

@@ -20,19 +20,19 @@ constexpr const char* kType = "fransac-sensor";
 constexpr int kVersion = 1;
 
 /// The value of an optional field; null: it is missing or null.
-const nlohmann::json* find(const nlohmann::json& object, const char* field) {
-  const auto found = object.find(field);
-  return found == object.end() || found->is_null() ? nullptr : &*found;
+const Json* find(const Json& object, const char* field) {
+  const Json* const found = object.find(field);
+  return found == nullptr || found->is_null() ? nullptr : found;
 }
 
-Result<std::string> word(const nlohmann::json& object, const char* field, const std::string& name) {
-  const auto found = object.find(field);
-  if (found == object.end()) return field_error(name, field, "is missing");
-  if (!found->is_string()) return field_error(name, field, std::string("must be a string, not ") + found->type_name());
-  return found->get<std::string>();
+Result<std::string> word(const Json& object, const char* field, const std::string& name) {
+  const Json* const found = object.find(field);
+  if (found == nullptr) return field_error(name, field, "is missing");
+  if (found->string() == nullptr) return field_error(name, field, std::string("must be a string, not ") + found->type_name());
+  return *found->string();
 }
 
-Status read_number(const nlohmann::json& object, const char* field, const std::string& label, const std::string& name,
+Status read_number(const Json& object, const char* field, const std::string& label, const std::string& name,
                    std::optional<double>& value) {
   if (find(object, field) == nullptr) return {};
   const Result<double> read = number_field(object, field, label, name);
@@ -41,26 +41,27 @@ Status read_number(const nlohmann::json& object, const char* field, const std::s
   return {};
 }
 
-Status read_terms(const nlohmann::json& object, const char* field, const std::string& name,
-                  std::array<double, kDistortionTerms>& terms) {
+Status read_terms(const Json& object, const char* field, const std::string& name, std::array<double, kDistortionTerms>& terms) {
   const std::string label = std::string("distortion.") + field;
-  const auto found = object.find(field);
-  if (found == object.end()) return field_error(name, label, "is missing");
-  if (!found->is_array() || found->size() != terms.size()) {
+  const Json* const found = object.find(field);
+  if (found == nullptr) return field_error(name, label, "is missing");
+  const Json::Array* const numbers = found->elements();
+  if (numbers == nullptr || numbers->size() != terms.size()) {
     return field_error(name, label, "must be a list of " + std::to_string(terms.size()) + " numbers");
   }
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    const nlohmann::json& value = (*found)[i];
-    if (!value.is_number()) return field_error(name, label, std::string("holds what is no number: ") + value.type_name());
-    terms[i] = value.get<double>();
+    const std::optional<double> number = (*numbers)[i].number();
+    if (!number) return field_error(name, label, std::string("holds what is no number: ") + (*numbers)[i].type_name());
+    terms[i] = *number;
   }
   return {};
 }
 
-Status read_distortion(const nlohmann::json& object, const std::string& name, Distortion& distortion) {
-  const nlohmann::json* const found = find(object, "distortion");
+Status read_distortion(const Json& object, const std::string& name, Distortion& distortion) {
+  const Json* const found = find(object, "distortion");
   if (found == nullptr) return {};
-  if (!found->is_object()) return field_error(name, "distortion", std::string("must be an object, not ") + found->type_name());
+  if (found->fields() == nullptr)
+    return field_error(name, "distortion", std::string("must be an object, not ") + found->type_name());
   for (const auto& [field, value] : {std::pair{"width", &distortion.width}, std::pair{"height", &distortion.height}}) {
     const Result<int> read = whole_field(*found, field, std::string("distortion.") + field, kMaxImageSide, name);
     if (!read) return read.error();
@@ -71,7 +72,7 @@ Status read_distortion(const nlohmann::json& object, const std::string& name, Di
   return read_terms(*found, "gain", name, distortion.gain);
 }
 
-Result<SensorOptions> sensor_from_json(const nlohmann::json& object, const std::string& name) {
+Result<SensorOptions> sensor_from_json(const Json& object, const std::string& name) {
   const Result<std::string> type = word(object, "type", name);
   if (!type) return type.error();
   if (*type != kType) return field_error(name, "type", std::string("must be \"") + kType + "\"");
@@ -86,8 +87,9 @@ Result<SensorOptions> sensor_from_json(const nlohmann::json& object, const std::
   if (known == std::end(kinds))
     return field_error(name, "kind", "must be a kind of sensor: auto, structured-light, stereo, tof, none");
   sensor.kind = static_cast<SensorKind>(known - std::begin(kinds));
-  if (const nlohmann::json* const noise = find(object, "noise")) {
-    if (!noise->is_object()) return field_error(name, "noise", std::string("must be an object, not ") + noise->type_name());
+  if (const Json* const noise = find(object, "noise")) {
+    if (noise->fields() == nullptr)
+      return field_error(name, "noise", std::string("must be an object, not ") + noise->type_name());
     for (const auto& [field, value] : {std::pair{"constant_m", &sensor.constant_m}, std::pair{"linear", &sensor.linear},
                                        std::pair{"quadratic_per_m", &sensor.quadratic_per_m}}) {
       if (Status status = read_number(*noise, field, std::string("noise.") + field, name, *value); !status) return status.error();
@@ -100,46 +102,40 @@ Result<SensorOptions> sensor_from_json(const nlohmann::json& object, const std::
   return sensor;
 }
 
-nlohmann::ordered_json number_or_null(const std::optional<double>& value) {
-  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
-}
-
 }  // namespace
 
 Result<SensorOptions> parse_sensor_json(std::string_view text, const std::string& name) {
   return guarded(name, [&]() -> Result<SensorOptions> {
-    const Result<nlohmann::json> object = parse_json_object(text, name);
+    const Result<Json> object = parse_json_object(text, name);
     if (!object) return object.error();
     return sensor_from_json(*object, name);
   });
 }
 
 Result<SensorOptions> read_sensor_json(const std::filesystem::path& file) {
-  const Result<std::vector<std::byte>> bytes = read_file(file, kMaxSensorBytes);
-  if (!bytes) return bytes.error();
-  return guarded(file.native(), [&] { return parse_sensor_json(as_text(*bytes), file.string()); });
+  return guarded(file.native(), [&]() -> Result<SensorOptions> {
+    const Result<std::vector<std::byte>> bytes = read_file(file, kMaxSensorBytes);
+    if (!bytes) return bytes.error();
+    return parse_sensor_json(as_text(*bytes), file.string());
+  });
 }
 
 std::string sensor_to_json(const SensorOptions& sensor, std::span<const std::pair<std::string_view, double>> evidence) {
   const Distortion& distortion = sensor.distortion;
-  nlohmann::ordered_json json{{"type", kType},
-                              {"version", kVersion},
-                              {"kind", EnumNames<SensorKind>::values[static_cast<std::size_t>(sensor.kind)]},
-                              {"noise",
-                               {{"constant_m", number_or_null(sensor.constant_m)},
-                                {"linear", number_or_null(sensor.linear)},
-                                {"quadratic_per_m", number_or_null(sensor.quadratic_per_m)}}},
-                              {"slow", number_or_null(sensor.slow)},
-                              {"bias_m", number_or_null(sensor.bias_m)},
-                              {"distortion", nullptr}};
-  if (!distortion.empty()) {
-    json["distortion"] = {{"width", distortion.width},
-                          {"height", distortion.height},
-                          {"offset_per_m", distortion.offset_per_m},
-                          {"gain", distortion.gain}};
+  Json json = Json::object(
+      "type", kType, "version", kVersion, "kind", std::string(enum_name(sensor.kind)), "noise",
+      Json::object("constant_m", sensor.constant_m, "linear", sensor.linear, "quadratic_per_m", sensor.quadratic_per_m), "slow",
+      sensor.slow, "bias_m", sensor.bias_m);
+  const auto array = [](const auto& terms) { return Json::Array(terms.begin(), terms.end()); };
+  json.add("distortion", distortion.empty() ? Json()
+                                            : Json::object("width", distortion.width, "height", distortion.height, "offset_per_m",
+                                                           array(distortion.offset_per_m), "gain", array(distortion.gain)));
+  if (!evidence.empty()) {
+    Json numbers = Json::object();
+    for (const auto& [name, value] : evidence) numbers.add(std::string(name), value);
+    json.add("evidence", std::move(numbers));
   }
-  for (const auto& [name, value] : evidence) json["evidence"][std::string(name)] = value;
-  return to_text(json);
+  return json.text();
 }
 
 }  // namespace fransac::io

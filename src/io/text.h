@@ -15,6 +15,9 @@ inline std::string_view as_text(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+/// What some editors and spreadsheets put before UTF-8 text.
+inline constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
 /// Between words; the end of a line written on Windows counts as one.
 inline constexpr std::string_view kBlanks = " \t\r";
 
@@ -22,6 +25,7 @@ inline constexpr std::string_view kBlanks = " \t\r";
 /// from 1. Ends at the first Status that is an error and returns it.
 template <class Visit>
 Status for_each_line(std::string_view text, Visit&& visit) {
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   for (std::size_t number = 1; !text.empty(); ++number) {
     std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(line.size() + 1, text.size()));

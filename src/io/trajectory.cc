@@ -33,29 +33,31 @@ std::optional<std::array<double, kNumbers>> parse_numbers(std::string_view line)
 }  // namespace
 
 Result<std::vector<TimedPose>> parse_trajectory(std::string_view text, const std::string& name) {
-  std::vector<TimedPose> poses;
-  const Status read = for_each_line(text, [&](std::string_view line, std::size_t number) -> Status {
-    const auto fault = [&](const char* what) { return line_error(name, number, what); };
-    const auto n = parse_numbers(line);
-    if (!n) return fault("is not \"timestamp tx ty tz qx qy qz qw\"");
-    const Eigen::Quaterniond q((*n)[7], (*n)[4], (*n)[5], (*n)[6]);
-    constexpr double kUnit = 1e-2;  // files are written with four digits
-    if (std::abs(q.norm() - 1.0) > kUnit) return fault("the quaternion's length is not 1");
-    TimedPose& pose = poses.emplace_back();
-    pose.timestamp_s = (*n)[0];
-    pose.T_world_camera.linear() = q.normalized().toRotationMatrix();
-    pose.T_world_camera.translation() << (*n)[1], (*n)[2], (*n)[3];
-    return {};
+  return guarded(name, [&]() -> Result<std::vector<TimedPose>> {
+    std::vector<TimedPose> poses;
+    const Status read = for_each_line(text, [&](std::string_view line, std::size_t number) -> Status {
+      const auto fault = [&](const char* what) { return line_error(name, number, what); };
+      const auto n = parse_numbers(line);
+      if (!n) return fault("is not \"timestamp tx ty tz qx qy qz qw\"");
+      const Eigen::Quaterniond q((*n)[7], (*n)[4], (*n)[5], (*n)[6]);
+      constexpr double kUnit = 1e-2;  // files are written with four digits
+      if (std::abs(q.norm() - 1.0) > kUnit) return fault("the quaternion's length is not 1");
+      TimedPose& pose = poses.emplace_back();
+      pose.timestamp_s = (*n)[0];
+      pose.T_world_camera.linear() = q.normalized().toRotationMatrix();
+      pose.T_world_camera.translation() << (*n)[1], (*n)[2], (*n)[3];
+      return {};
+    });
+    if (!read) return read.error();
+    if (poses.empty()) return file_error(ErrorCode::no_data, name, "no pose");
+    std::stable_sort(poses.begin(), poses.end(),
+                     [](const TimedPose& a, const TimedPose& b) { return a.timestamp_s < b.timestamp_s; });
+    return poses;
   });
-  if (!read) return read.error();
-  if (poses.empty()) return file_error(ErrorCode::no_data, name, "no pose");
-  std::stable_sort(poses.begin(), poses.end(),
-                   [](const TimedPose& a, const TimedPose& b) { return a.timestamp_s < b.timestamp_s; });
-  return poses;
 }
 
 Result<std::vector<TimedPose>> read_trajectory(const std::filesystem::path& file) {
-  return guarded(file.string(), [&]() -> Result<std::vector<TimedPose>> {
+  return guarded(file.native(), [&]() -> Result<std::vector<TimedPose>> {
     const Result<std::vector<std::byte>> bytes = read_file(file, kMaxTrajectoryBytes);
     if (!bytes) return bytes.error();
     return parse_trajectory(as_text(*bytes), file.string());

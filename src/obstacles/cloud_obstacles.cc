@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "core/caught.hpp"
 #include "fransac/obstacles/obstacles.hpp"
 #include "obstacles/clusters.hpp"
 #include "obstacles/floor_error.hpp"
@@ -35,7 +36,11 @@ class CloudFinder {
  public:
   CloudFinder(const PointCloud& cloud, const Segmentation& segmentation, const ObstacleOptions& options, const AxisLimits* limits,
               Obstacles& result)
-      : cloud_(cloud), segmentation_(segmentation), options_(options), r_(result) {
+      : cloud_(cloud),
+        segmentation_(segmentation),
+        options_(options),
+        r_(result),
+        spacing_on_planes_(spacing_on_planes(segmentation)) {
     if (limits != nullptr) limits_.emplace(*limits, cloud.origin[static_cast<Eigen::Index>(limits->axis)]);
     if (limits != nullptr) limited_ = std::array{cloud.x(), cloud.y(), cloud.z()}[static_cast<std::size_t>(limits->axis)];
     for (const int label : r_.support) carries_[at(label)] = true;
@@ -82,6 +87,12 @@ class CloudFinder {
     return least;
   }
 
+  /// A stray point farther away would be all that clusters can be counted by.
+  [[nodiscard]] bool within_reach(std::size_t i) const {
+    constexpr double kMostSpacings = 0x1p26;
+    return !spacing_on_planes_ || cloud_.local(i).cwiseAbs().maxCoeff() <= kMostSpacings * *spacing_on_planes_;
+  }
+
   void collect() {
     const Limit limit{segmentation_.noise, r_.support_plane.normal, options_.height_sigmas, least_height()};
     for (std::size_t i = 0; i < cloud_.size(); ++i) {
@@ -90,7 +101,7 @@ class CloudFinder {
       if (limits_ && !limits_->keeps(limited_[i])) continue;
       const double above = height(i);
       const double noise = limit.at(cloud_.point(i));
-      if (!(above > noise)) continue;
+      if (!(above > noise) || !within_reach(i)) continue;
       points_.emplace_back(cloud_.x()[i], cloud_.y()[i], cloud_.z()[i]);
       index_.push_back(i);
       over_.push_back(above - noise);
@@ -106,7 +117,7 @@ class CloudFinder {
       high = high.cwiseMax(point.cast<double>());
     }
     extent_ = (high - low).maxCoeff();
-    spacing_ = spacing_on_planes(segmentation_).value_or(extent_ / std::sqrt(static_cast<double>(points_.size())));
+    spacing_ = spacing_on_planes_.value_or(extent_ / std::sqrt(static_cast<double>(points_.size())));
   }
 
   [[nodiscard]] double default_distance() const {
@@ -196,6 +207,7 @@ class CloudFinder {
   const Segmentation& segmentation_;
   const ObstacleOptions& options_;
   Obstacles& r_;
+  std::optional<double> spacing_on_planes_;
   std::optional<LocalLimits> limits_;
   const float* limited_ = nullptr;
   std::array<bool, 256> carries_{};  ///< By label.
@@ -235,8 +247,8 @@ Result<Obstacles> find_obstacles(const PointCloud& cloud, const Segmentation& se
   }
   result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return result;
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory, "not enough memory for the obstacles of " + std::to_string(cloud.size()) + " points"};
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return "obstacles of " + std::to_string(cloud.size()) + " points"; });
 }
 
 }  // namespace fransac

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "core/caught.hpp"
 #include "fransac/core/true_object.hpp"
 #include "obstacles/bent_floor.hpp"
 #include "obstacles/drops.hpp"
@@ -173,6 +174,14 @@ void remove_empty(Obstacles& result) {
   for (std::uint16_t& label : result.labels) label = new_ids[label];
 }
 
+void clear(Obstacles& result) {
+  result.obstacles.clear();
+  result.support.clear();
+  result.labels.clear();
+  result.ground = {};
+  result.support_plane = {};
+}
+
 template <class Raw>
 void find(const DepthView& depth, const Camera& camera, const Segmentation& segmentation, const ObstacleOptions& options,
           const AxisLimits* limits, Impl& w, Obstacles& result) {
@@ -196,7 +205,7 @@ void find(const DepthView& depth, const Camera& camera, const Segmentation& segm
 
 }  // namespace
 
-Status validate(const ObstacleOptions& options) {
+Status validate(const ObstacleOptions& options) try {
   RangeCheck check;
   for_each_obstacle_option(options, check);
   if (!check.status) return check.status;
@@ -205,16 +214,15 @@ Status validate(const ObstacleOptions& options) {
     return Error{ErrorCode::invalid_argument, "support: " + std::to_string(support.plane) + " is no plane's label"};
   }
   return {};
+} catch (const std::exception& exception) {
+  return caught(exception, "options of obstacles");
 }
 
 Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
-                      const ObstacleOptions& options, const AxisLimits* limits, ObstacleWorkspace& workspace, Obstacles& result) {
+                      const ObstacleOptions& options, const AxisLimits* limits, ObstacleWorkspace& workspace,
+                      Obstacles& result) try {
   const auto start = std::chrono::steady_clock::now();
-  result.obstacles.clear();
-  result.support.clear();
-  result.labels.clear();
-  result.ground = {};
-  result.support_plane = {};
+  clear(result);
   if (Status status = validate(options); !status) return status;
   if (Status status = obstacles::check_sizes(depth, camera, segmentation); !status) return status;
   result.width = depth.width();
@@ -231,15 +239,23 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
   }
   result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return {};
+} catch (const std::exception& exception) {
+  clear(result);
+  workspace.impl() = Impl{};  // some buffers are of this frame, some of the one before
+  return caught(exception, [&] {
+    return "obstacles of " + std::to_string(depth.width()) + " x " + std::to_string(depth.height()) + " pixels";
+  });
 }
 
 Result<Obstacles> find_obstacles(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
-                                 const ObstacleOptions& options, const AxisLimits* limits) {
+                                 const ObstacleOptions& options, const AxisLimits* limits) try {
   ObstacleWorkspace workspace;
   Obstacles result;
   if (Status status = find_obstacles(depth, camera, segmentation, options, limits, workspace, result); !status)
     return status.error();
   return result;
+} catch (const std::exception& exception) {
+  return caught(exception, "obstacles");
 }
 
 std::vector<std::vector<Outline>> drop_outlines(const Obstacles& obstacles, const Camera& camera, const OutlineOptions& options) {

@@ -7,6 +7,7 @@
 #include <new>
 #include <string>
 
+#include "core/caught.hpp"
 #include "filter/depth_rows.hpp"
 #include "obstacles/support.hpp"
 
@@ -82,7 +83,7 @@ Status check_obstacles(const DepthView& depth, const Obstacles& obstacles) {
 
 }  // namespace
 
-Status validate(const OccupancyOptions& options) {
+Status validate(const OccupancyOptions& options) try {
   const auto refuse = [](const char* what) { return Error{ErrorCode::invalid_argument, what}; };
   if (!(options.resolution_m > 0.0) || !std::isfinite(options.resolution_m)) return refuse("resolution is out of range");
   if (!(options.max_range_m > 0.0) || !std::isfinite(options.max_range_m)) return refuse("max-range is out of range");
@@ -92,6 +93,8 @@ Status validate(const OccupancyOptions& options) {
     return refuse("resolution: so small that the squares within max-range are more than 64 million; take a larger one");
   }
   return {};
+} catch (const std::exception& exception) {
+  return caught(exception, "options of the occupancy grid");
 }
 
 Result<OccupancyGrid> occupancy_grid(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
@@ -112,8 +115,8 @@ Result<OccupancyGrid> occupancy_grid(const DepthView& depth, const Camera& camer
   if (Status status = obstacles::as_segmented(depth, segmentation, corrected, view); !status) return status.error();
   with_raw_type(depth.format(), [&](auto raw) { marker.run(DepthRows<decltype(raw)>(view, camera, nullptr)); });
   return grid;
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory, "not enough memory for the occupancy grid: resolution is too small for max-range"};
+} catch (const std::exception& exception) {
+  return caught(exception, "occupancy grid (resolution, max-range)");
 }
 
 }  // namespace fransac

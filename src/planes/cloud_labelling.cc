@@ -26,25 +26,27 @@ std::uint8_t nearest_plane(const Eigen::Vector3d& point, const std::vector<Plane
   return label;
 }
 
-/// Area covered by the points, as occupied square cells on the plane.
+/// Area covered by the points, as occupied square cells on the plane; no more than the rectangle that holds them.
 double occupied_area(const std::vector<Eigen::Vector2d>& points, double cell_m, LeafTable<std::uint64_t>& cells) {
   constexpr double kPointsPerCell = 4.0;  // evenly spread points then leave e^-4 = 2 % of the cells empty
-  constexpr int kMaxDoublings = 40;
-  double extent = 0.0;
-  for (const Eigen::Vector2d& p : points) extent = std::max(extent, p.cwiseAbs().maxCoeff());
-  if (extent == 0.0) return 0.0;
+  Eigen::Vector2d low = points.front();
+  Eigen::Vector2d high = low;
+  for (const Eigen::Vector2d& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const double extent = (high - low).maxCoeff();
+  if (!(extent > 0.0)) return 0.0;
   cell_m = std::clamp(cell_m, 0x1p-31 * extent, extent);  // indices fit into 32 bits
-  for (int doubling = 0; doubling < kMaxDoublings; ++doubling, cell_m *= 2.0) {
+  for (;; cell_m *= 2.0) {
     cells.restart();
     for (const Eigen::Vector2d& p : points) {
-      const auto index = [&](double c) {
-        return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(c / cell_m))) & 0xFFFFFFFFU;
-      };
-      cells.find_or_add(index(p.x()) | index(p.y()) << 32);
+      const auto index = [&](int axis) { return static_cast<std::uint64_t>((p[axis] - low[axis]) / cell_m); };
+      cells.find_or_add(index(0) | index(1) << 32);
     }
-    if (kPointsPerCell * cells.size() <= static_cast<double>(points.size()) || cells.size() <= 1) break;
+    if (kPointsPerCell * cells.size() <= static_cast<double>(points.size()) || cell_m > extent) break;  // all in one
   }
-  return cells.size() * cell_m * cell_m;
+  return std::min(cells.size() * cell_m * cell_m, (high - low).prod());
 }
 
 /// Whether points are measurements: PointCloud::measured, for many.
@@ -63,6 +65,13 @@ class MeasuredTest {
   const PointCloud& cloud_;
   Eigen::Vector3f zero_;
 };
+
+/// Points of each label.
+std::array<std::uint64_t, 256> count_labels(const std::vector<std::uint8_t>& labels) {
+  std::array<std::uint64_t, 256> counts{};
+  for (const std::uint8_t label : labels) ++counts[label];
+  return counts;
+}
 
 }  // namespace
 
@@ -96,6 +105,22 @@ void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& 
     const bool kept = !limits || limits->keeps(limited[i]);
     label = kept ? nearest_plane(cloud.point(i), segmentation.planes, rule.threshold_m) : kLabelNoPlane;
   }
+}
+
+bool remove_phantoms(const VoxelGrid& grid, double threshold_m, LabelBuffers& buffers, Segmentation& segmentation) {
+  constexpr double kLeastShare = 0.25;  // of points as noisy as three thresholds, 1 sigma
+  const std::array<std::uint64_t, 256> own = count_labels(segmentation.labels);
+  std::array<std::uint64_t, 256> in_leaves{};
+  const std::vector<std::uint8_t>& label_of_leaf = leaf_labels(grid.leaves, threshold_m, segmentation.planes, buffers);
+  for (std::size_t leaf = 0; leaf < label_of_leaf.size(); ++leaf) in_leaves[label_of_leaf[leaf]] += grid.point_count[leaf];
+  const auto is_phantom = [&](const PlaneSegment& plane) {
+    const auto label = static_cast<std::size_t>(plane.id);
+    return own[label] < 3 || static_cast<double>(own[label]) < kLeastShare * static_cast<double>(in_leaves[label]);
+  };
+  if (std::erase_if(segmentation.planes, is_phantom) == 0) return false;
+  int id = kLabelFirst;
+  for (PlaneSegment& plane : segmentation.planes) plane.id = id++;
+  return true;
 }
 
 void measure_points(const PointCloud& cloud, double cell_m, LabelBuffers& buffers, Segmentation& segmentation) {

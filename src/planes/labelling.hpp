@@ -66,8 +66,12 @@ void label_leaves(const PointCloud& points, const VoxelGrid& grid, double thresh
 /// The labels that leaves have; in the buffers.
 const std::vector<std::uint8_t>& leaf_labels(const PointCloud& leaves, double threshold_m,
                                              const std::vector<PlaneSegment>& planes, LabelBuffers& buffers);
+/// Leaves out planes that hardly any point is near although leaves are: their points are those of two surfaces, and the plane
+/// stands between them. Whether there was one; points are then to be labelled again.
+bool remove_phantoms(const VoxelGrid& grid, double threshold_m, LabelBuffers& buffers, Segmentation& segmentation);
 /// Inliers, rms and visible area from the labels. The area is that of the occupied cells of a grid on the plane, whose edge is
-/// doubled from `cell_m` until a cell holds four points on average, so that evenly spread points leave few cells empty.
+/// doubled from `cell_m` until a cell holds four points on average, so that evenly spread points leave few cells empty; at most
+/// the area of the rectangle around them.
 void measure_points(const PointCloud& cloud, double cell_m, LabelBuffers& buffers, Segmentation& segmentation);
 
 }  // namespace fransac

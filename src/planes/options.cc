@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "core/caught.hpp"
 #include "core/number_text.hpp"
 #include "planes/methods.hpp"
 #include "planes/range_check.hpp"
@@ -28,7 +29,7 @@ const AxisLimits* limits_of(const SegmentOptions& options, Method method, bool d
   return options.pass_through.use.value_or(chosen || by_method) ? &options.pass_through.limits : nullptr;
 }
 
-Status validate(const SegmentOptions& options) {
+Status validate(const SegmentOptions& options) try {
   RangeCheck check;
   for_each_option(options, check);
   if (!check.status) return check.status;
@@ -45,6 +46,8 @@ Status validate(const SegmentOptions& options) {
                  std::string(name) + ": means nothing to method " + std::string(enum_name(options.method)) + ", only to cells"};
   }
   return {};
+} catch (const std::exception& exception) {
+  return caught(exception, "options");
 }
 
 }  // namespace fransac

@@ -2,11 +2,14 @@
 #include "fransac/planes/segment.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <new>
 #include <string>
 
+#include "core/caught.hpp"
 #include "fransac/filter/correct.hpp"
 #include "fransac/filter/organised.hpp"
 #include "fransac/filter/voxel_grid.hpp"
@@ -46,6 +49,13 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 void Workspace::expect(std::span<const PlaneSegment> planes) { impl_->cells.wanted.assign(planes.begin(), planes.end()); }
 
 namespace {
+
+Status check_instruction_set() {
+  static const char* const wanted = std::getenv("FRANSAC_TARGET");
+  if (wanted == nullptr || instruction_set() == wanted) return {};
+  return Error{ErrorCode::unsupported, "FRANSAC_TARGET: this machine has no instruction set of that name; without it " +
+                                           std::string(instruction_set()) + " is used"};
+}
 
 Status check(const DepthView& depth, const Camera& camera) {
   if (Status status = validate(depth); !status) return status;
@@ -272,6 +282,33 @@ struct DepthSource {
   }
 };
 
+/// Removes points that are a hundred times as far away as the middle 98 % of all reach: whether there were any.
+bool remove_stray_points(PointCloud& cloud) {
+  constexpr std::size_t kShare = 100;  // one in so many may lie beyond the middle, on either side
+  constexpr double kReach = 100.0;
+  const std::size_t size = cloud.size();
+  const std::size_t beyond = std::min(std::max<std::size_t>(size / kShare, 1), size / 2);
+  std::array<AxisLimits, 3> middle{};
+  double extent_m = 0.0;
+  for (const Axis axis : {Axis::x, Axis::y, Axis::z}) {
+    const auto i = static_cast<std::size_t>(axis);
+    const float* const coordinate = std::array{cloud.x(), cloud.y(), cloud.z()}[i];
+    std::vector<float> values(coordinate, coordinate + size);
+    const auto at = [&](std::size_t rank) {
+      std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
+      return static_cast<double>(values[rank]) + cloud.origin[static_cast<Eigen::Index>(i)];
+    };
+    middle[i] = {.axis = axis, .min_m = at(beyond), .max_m = at(size - 1 - beyond)};
+    extent_m = std::max(extent_m, middle[i].max_m - middle[i].min_m);
+  }
+  for (AxisLimits& limits : middle) {
+    limits.min_m -= kReach * extent_m;
+    limits.max_m += kReach * extent_m;
+    pass_through(limits, cloud);
+  }
+  return cloud.size() < size;
+}
+
 struct CloudSource {
   const PointCloud& cloud;
   static constexpr bool kDepthImage = false;
@@ -296,7 +333,14 @@ struct CloudSource {
     const PointCloud* sampled = &work.points;
     if (recipe.voxel_grid) {
       const VoxelGridOptions& grid = options.voxel_grid;
-      Status status = voxel_grid(work.points, grid.leaf_size_m, grid.leaf_point, work.grid, options.threads);
+      const auto sort_into_leaves = [&] {
+        return voxel_grid(work.points, grid.leaf_size_m, grid.leaf_point, work.grid, options.threads);
+      };
+      Status status = sort_into_leaves();
+      // A stray point far away must not make the lattice too large for all others.
+      if (!status && status.error().code == ErrorCode::invalid_argument && remove_stray_points(work.points)) {
+        status = sort_into_leaves();
+      }
       if (!status) return status;
       sampled = &work.grid.leaves;
       if (status = require_points(sampled->size(), kAfterGrid); !status) return status;
@@ -316,7 +360,9 @@ struct CloudSource {
       planes.swap(s.planes);
       label_leaves(work.points, work.grid, rule.threshold_m, work.labels, s);
     } else {
-      label_points(cloud, rule, s);
+      do {
+        label_points(cloud, rule, s);
+      } while (recipe.voxel_grid && remove_phantoms(work.grid, rule.threshold_m, work.labels, s));
     }
     measure_points(cloud, recipe.options.voxel_grid.leaf_size_m, work.labels, s);
   }
@@ -397,6 +443,7 @@ Status find_planes_of_image(const DepthSource& source, const SegmentOptions& opt
 template <class Source>
 Status segment_checked(const Source& source, const SegmentOptions& options, Workspace& workspace,
                        Segmentation& segmentation) try {
+  if (Status status = check_instruction_set(); !status) return status;
   if (Status status = validate(options); !status) return status;
   if (Status status = source.check(); !status) return status;
   const Method method = resolve(options.method, Source::kDepthImage);
@@ -409,9 +456,8 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
   } else {
     return find_planes(source, chosen, workspace.impl(), segmentation);
   }
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::out_of_memory,
-               "not enough memory for " + std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"};
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return std::to_string(source.width()) + " x " + std::to_string(source.height()) + " points"; });
 }
 
 template <class Source>
@@ -424,7 +470,7 @@ Status segment_source(const Source& source, const SegmentOptions& options, Works
 
 /// `cells`, or what `automatic` makes of the cloud: its depth image is segmented where there is one.
 Status segment_organised(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace,
-                         Segmentation& segmentation) {
+                         Segmentation& segmentation) try {
   Timing before;
   StageClock clock(before);
   OrganisedDepth& organised = workspace.impl().organised;
@@ -448,14 +494,18 @@ Status segment_organised(const PointCloud& cloud, const SegmentOptions& options,
   if (!no_image) return found;
   return Error{ErrorCode::unsupported,
                "cells needs a depth image or an organised cloud of a pinhole camera: " + found.error().message};
+} catch (const std::exception& exception) {
+  return caught(exception, "organised cloud");
 }
 
 template <class... Input>
-Result<Segmentation> segment_once(const SegmentOptions& options, const Input&... input) {
+Result<Segmentation> segment_once(const SegmentOptions& options, const Input&... input) try {
   Workspace workspace;
   Segmentation segmentation;
   if (Status status = segment(input..., options, workspace, segmentation); !status) return status.error();
   return segmentation;
+} catch (const std::exception& exception) {
+  return caught(exception, "segmentation");
 }
 
 }  // namespace

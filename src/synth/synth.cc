@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 
+#include "core/caught.hpp"
 #include "fransac/core/labels.hpp"
 #include "synth/picture.hpp"
 #include "synth/scenes.hpp"
@@ -197,33 +198,31 @@ Camera resized(Camera camera, int width, int height) {
   return camera;
 }
 
-Result<SynthFrame> render(const SynthOptions& options) {
+Result<SynthFrame> render(const SynthOptions& options) try {
   if (const Status status = check(options); !status) return status.error();
-  try {
-    detail::Stage stage = detail::find_scene(options.scene)(options.seed);
-    SynthFrame frame;
-    std::optional<std::vector<int>> constant_order;
-    if (options.motion == Motion::walk) {
-      const detail::Walk walk(stage, options.seed);
-      frame.T_world_camera = walk.pose(options.frame);
-      constant_order = by_size_on(walk, stage.scene, options.camera);
-    } else {
-      frame.T_world_camera = detail::camera_pose(stage, options.seed, options.frame);
-    }
-    stage.scene.move_to(frame.T_world_camera.inverse());
-    const detail::Raster raster = detail::rasterise(stage.scene, options.camera);
-    const detail::Measurement measured =
-        detail::measure(options.sensor, stage.scene, options.camera, raster, options.seed, options.frame);
-    frame.camera = options.camera;
-    frame.depth = raw_units(measured.depth_m, options.camera.depth_scale);
-    frame.exact_depth_m.assign(raster.depth_m.begin(), raster.depth_m.end());
-    frame.colour = detail::paint(stage.scene, options.camera, raster);
-    add_planes(stage.scene, raster, measured, constant_order, frame);
-    add_objects(stage.scene, raster, frame);
-    return frame;
-  } catch (const std::exception& e) {
-    return Error{ErrorCode::out_of_memory, "scene \"" + options.scene + "\": " + e.what()};
+  detail::Stage stage = detail::find_scene(options.scene)(options.seed);
+  SynthFrame frame;
+  std::optional<std::vector<int>> constant_order;
+  if (options.motion == Motion::walk) {
+    const detail::Walk walk(stage, options.seed);
+    frame.T_world_camera = walk.pose(options.frame);
+    constant_order = by_size_on(walk, stage.scene, options.camera);
+  } else {
+    frame.T_world_camera = detail::camera_pose(stage, options.seed, options.frame);
   }
+  stage.scene.move_to(frame.T_world_camera.inverse());
+  const detail::Raster raster = detail::rasterise(stage.scene, options.camera);
+  const detail::Measurement measured =
+      detail::measure(options.sensor, stage.scene, options.camera, raster, options.seed, options.frame);
+  frame.camera = options.camera;
+  frame.depth = raw_units(measured.depth_m, options.camera.depth_scale);
+  frame.exact_depth_m.assign(raster.depth_m.begin(), raster.depth_m.end());
+  frame.colour = detail::paint(stage.scene, options.camera, raster);
+  add_planes(stage.scene, raster, measured, constant_order, frame);
+  add_objects(stage.scene, raster, frame);
+  return frame;
+} catch (const std::exception& exception) {
+  return caught(exception, [&] { return "scene \"" + options.scene + "\""; });
 }
 
 }  // namespace fransac::synth

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 
+#include "core/caught.hpp"
 #include "core/index.hpp"
 #include "planes/range_check.hpp"
 
@@ -242,6 +243,8 @@ struct Tracker::Impl {
   Sightings plane_sightings;
   Sightings object_sightings;
 
+  /// Forgets what is followed, but never gives an id again.
+  void lose_track();
   void measure(const Segmentation& segmentation);
   [[nodiscard]] std::vector<Pair> plane_pairs(const Eigen::Isometry3d& T, double rotation, double translation) const;
   [[nodiscard]] bool estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometry3d& T, Matrix6& pose_covariance) const;
@@ -467,10 +470,12 @@ void Tracker::Impl::follow_objects(const Obstacles& obstacles, const Eigen::Isom
   std::erase_if(objects, [&](const ObjectTrack& track) { return track.gap > options.longest_gap; });
 }
 
-Status validate(const TrackOptions& options) {
+Status validate(const TrackOptions& options) try {
   RangeCheck check;
   for_each_track_option(options, check);
   return check.status;
+} catch (const std::exception& exception) {
+  return caught(exception, "options of the tracker");
 }
 
 namespace {
@@ -507,8 +512,15 @@ Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 void Tracker::reset() { *impl_ = Impl(impl_->options); }
 
+void Tracker::Impl::lose_track() {
+  Impl fresh(options);
+  fresh.next_plane = next_plane;
+  fresh.next_object = next_object;
+  *this = std::move(fresh);
+}
+
 Status Tracker::update(const Segmentation& segmentation, const Obstacles* obstacles,
-                       const std::optional<Eigen::Isometry3d>& T_world_camera, TrackedFrame& frame) {
+                       const std::optional<Eigen::Isometry3d>& T_world_camera, TrackedFrame& frame) try {
   frame.planes.clear();
   frame.objects.clear();
   if (Status status = validate(impl_->options); !status) return status;
@@ -538,6 +550,11 @@ Status Tracker::update(const Segmentation& segmentation, const Obstacles* obstac
   t.started = true;
   frame.T_world_camera = T;
   return {};
+} catch (const std::exception& exception) {
+  frame.planes.clear();
+  frame.objects.clear();
+  impl_->lose_track();  // part of it is of this frame, part of the one before
+  return caught(exception, "tracker");
 }
 
 }  // namespace fransac

@@ -186,6 +186,11 @@ def cloud_ply(folder, name):
     write(folder / name, ply_bytes(plane_points()))
 
 
+def plane_xyz(folder, name):
+    """The flat grid in millimetres."""
+    lines(folder, name, *(f"{1000 * x} {1000 * y} {1000 * z}" for x, y, z in plane_points()))
+
+
 # Bad inputs
 
 def text(folder, name, content=""):

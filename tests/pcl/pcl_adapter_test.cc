@@ -114,6 +114,38 @@ double difference(const pcl::ModelCoefficients& a, const pcl::ModelCoefficients&
   return static_cast<double>(std::min((u - v).cwiseAbs().maxCoeff(), (u + v).cwiseAbs().maxCoeff()));
 }
 
+TEST(SacSegmentation, CoefficientsAreTheLeastSquaresFitWhateverItDoesToTheInliers) {
+  // A threshold far above the noise, and clutter on both sides that a tilted plane has more of.
+  const double kDegree = static_cast<double>(EIGEN_PI) / 180.0;
+  for (std::uint64_t trial = 0; trial < 20; ++trial) {
+    RandomStream random = test_random(trial);
+    const Cloud::Ptr cloud(new Cloud);
+    const auto add = [&](double x, double y, double z) {
+      cloud->push_back({static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+    };
+    for (int i = 0; i < 4000; ++i) add(uniform(random, -1.0, 1.0), uniform(random, -1.0, 1.0), 1.5 + 0.003 * random.normal());
+    for (int i = 0; i < 200; ++i) {
+      const double x = uniform(random, -1.0, 1.0);
+      add(x, uniform(random, -1.0, 1.0), 1.5 + (x > 0.0 ? 1.0 : -1.0) * uniform(random, 0.09, 0.15));
+    }
+    fransac::pcl::SACSegmentation<pcl::PointXYZ> ours;
+    set_up(ours);
+    ours.setDistanceThreshold(0.1);
+    ours.setInputCloud(cloud);
+    const Answer found = answer_of(ours);
+    ASSERT_EQ(found.plane.values.size(), 4U);
+    const Eigen::Vector3f normal(found.plane.values.data());
+    // The fit to everything within the threshold of the truth, clutter included.
+    fransac::sac::Moments moments;
+    for (const pcl::PointXYZ& p : *cloud) {
+      if (std::abs(p.z - 1.5F) <= 0.1F) moments.add(p.getVector3fMap().cast<double>());
+    }
+    const fransac::Plane fit = fransac::sac::fit_plane(moments)->plane;
+    EXPECT_GT(std::abs(normal.cast<double>().dot(fit.normal)), std::cos(0.1 * kDegree)) << trial;
+    EXPECT_NEAR(found.plane.values[3], fit.d, 1e-3) << trial;
+  }
+}
+
 TEST(SacSegmentation, FindsThePlaneOfPcl) {
   const auto cloud = room();
   for (const int method : {pcl::SAC_RANSAC, pcl::SAC_MSAC, pcl::SAC_RRANSAC}) {

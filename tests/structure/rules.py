@@ -35,7 +35,7 @@ ARROWS = {
 OUTSIDE = {
     "core": {"tbb"},
     "kernels": {"hwy"},
-    "io": {"nlohmann", "spng.h", "turbojpeg.h", "fcntl.h", "sys", "unistd.h"},
+    "io": {"nlohmann", "spng.h", "turbojpeg.h", "dirent.h", "fcntl.h", "sys", "unistd.h"},
     "cloud_io": {"pcl", "boost"},
     "adapters": {"pcl"},
     "apps": {"CLI", "fmt", "nlohmann", "fcntl.h", "sys", "unistd.h"},
@@ -54,6 +54,10 @@ RESIDENTS = {
     "include/fransac/version.hpp": "facade",
     "include/fransac/version.hpp.in": "facade",
 }
+
+# Where functions that must not throw are called with failing allocations, and what their declarations look like.
+FAILURES_TEST = "tests/allocations/failures_test.cc"
+FALLIBLE = re.compile(r"^ *(?:Status|Result<.+>) (\w+)\(", re.MULTILINE)
 
 SOURCE_SUFFIXES = {".hpp", ".h", ".cc", ".cpp", ".in"}
 SPDX = "SPDX-License-Identifier: Apache-2.0"
@@ -226,6 +230,17 @@ def check_repeatable(root):
             continue
         for match in UNREPEATABLE.finditer(COMMENT.sub("", read(root, path))):
             complaints.append(f"{path}: '{match.group(0)}' makes a run unrepeatable")
+    return complaints
+
+
+def check_failures_tested(root):
+    """Every public function that returns a Result or a Status is called with failing allocations."""
+    tested = read(root, FAILURES_TEST)
+    complaints = []
+    for path in files(root, ("include",)):
+        for name in FALLIBLE.findall(read(root, path)):
+            if not re.search(rf"\b{name}\(", tested):
+                complaints.append(f"{path}: {name}() is not in {FAILURES_TEST}")
     return complaints
 
 

@@ -37,6 +37,9 @@ class Tree(unittest.TestCase):
     def test_links_lead_somewhere(self):
         self.assert_none(rules.check_links(ROOT))
 
+    def test_allocation_failures_are_tested_of_every_fallible_function(self):
+        self.assert_none(rules.check_failures_tested(ROOT))
+
     def test_runs_are_repeatable(self):
         self.assert_none(rules.check_repeatable(ROOT))
 
@@ -132,6 +135,11 @@ class Checks(unittest.TestCase):
                 self.assertEqual(len(self.complaints(rules.check_repeatable, {"src/core/c.cc": fault})), 1)
         sound = "// no random_device\nint operand(); int x = operand(); double run_time(int); double t = run_time(0);"
         self.assertEqual(self.complaints(rules.check_repeatable, {"src/core/c.cc": sound}), [])
+
+    def test_failures(self):
+        header = {"include/fransac/core/c.hpp": "Status validate(int i);\n  Result<std::vector<int>> find(int i);\nint other(int i);\n"}
+        calls = [{rules.FAILURES_TEST: text} for text in ("", "find(1);", "validate(1); core::find(2);")]
+        self.assertEqual([len(self.complaints(rules.check_failures_tested, {**header, **call})) for call in calls], [2, 1, 0])
 
     def test_symbols(self):
         for fault in ("printf", "puts@GLIBC_2.2.5", "std::cout", "abort", "exit", "__fprintf_chk", "std::terminate()", "stderr"):

@@ -81,7 +81,7 @@ TEST(DetectKind, SaysWhatIsNoInput) {
   EXPECT_EQ(detect_kind(folder / "none").error().message, (folder / "none").string() + ": No such file or directory");
   EXPECT_EQ(detect_kind(folder / "none").error().code, ErrorCode::io);
   const auto text = folder.write("notes.txt", "VERSIONS of things");
-  EXPECT_EQ(detect_kind(text).error().message, text.string() + ": neither a depth PNG nor a PCD nor a PLY file");
+  EXPECT_EQ(detect_kind(text).error().message, text.string() + ": neither a depth PNG nor a PCD, PLY or XYZ file");
   EXPECT_EQ(detect_kind(text).error().code, ErrorCode::format);
   EXPECT_THAT(detect_kind(folder.path()).error().message, AllOf(HasSubstr(folder.path().string()), HasSubstr("depth.txt")));
   EXPECT_EQ(detect_kind(folder.path()).error().code, ErrorCode::format);

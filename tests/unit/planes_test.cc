@@ -111,6 +111,59 @@ TEST(Segment, AreaOfATiltedPlaneIsItsTrueArea) {
   EXPECT_NEAR(s.planes[0].area_m2, area, 1e-3 * area);  // each pixel counts with its middle's depth
 }
 
+TEST(Segment, AreaOfACloudIsWithinItsRectangleWhereverZeroIs) {
+  for (const double shift : {0.0, 0.3, 100.0}) {
+    const std::vector<Vector3d> square{{1 + shift, 1, 1}, {-1 + shift, 1, 1}, {-1 + shift, -1, 1}, {1 + shift, -1, 1}};
+    const Segmentation s = segmented(testing::cloud_of(square), options_for(Method::fransac));
+    ASSERT_EQ(s.planes.size(), 1U);
+    EXPECT_NEAR(s.planes[0].area_m2, 4.0, 1e-3) << shift;
+  }
+}
+
+TEST(Segment, BetweenParallelSheetsIsNoPlane) {
+  for (const double gap_m : {0.01, 0.015, 0.02}) {
+    RandomStream random = testing::test_random(static_cast<std::uint64_t>(1000.0 * gap_m));
+    std::vector<Vector3d> points;
+    for (int i = 0; i < 32000; ++i) {
+      const double x = testing::uniform(random, -1.0, 1.0);
+      const double y = testing::uniform(random, -1.0, 1.0);
+      points.emplace_back(x, y, 1.0 + (i % 8 < 5 ? 0.0 : gap_m) + 0.001 * random.normal());
+    }
+    SegmentOptions options = options_for(Method::fransac);
+    options.max_planes = 0;
+    options.ransac.threshold_m = 0.004;
+    const Segmentation s = segmented(testing::cloud_of(points), options);
+    EXPECT_GE(s.planes.size(), 1U) << gap_m;
+    for (const PlaneSegment& plane : s.planes) {
+      EXPECT_GT(plane.inliers, 5000U) << gap_m;
+      EXPECT_EQ(count(s, plane.id), plane.inliers) << gap_m;
+      EXPECT_LT(std::min(std::abs(plane.plane.d - 1.0), std::abs(plane.plane.d - 1.0 - gap_m)), 0.3 * gap_m) << gap_m;
+    }
+  }
+}
+
+TEST(Segment, AStrayPointFarAwayLeavesTheOthersTheirPlane) {
+  RandomStream random = testing::test_random();
+  std::vector<Vector3d> points;
+  for (int i = 0; i < 5000; ++i) {
+    points.emplace_back(testing::uniform(random, -1.0, 1.0), testing::uniform(random, -1.0, 1.0), 2.0 + 0.001 * random.normal());
+  }
+  const Segmentation clean = segmented(testing::cloud_of(points), options_for(Method::fransac));
+  for (const double far_m : {1e6, 1e12, 1e30}) {
+    std::vector<Vector3d> with_stray = points;
+    with_stray.insert(with_stray.begin() + 100, Vector3d(far_m, -far_m, far_m));
+    const Segmentation s = segmented(testing::cloud_of(with_stray), options_for(Method::fransac));
+    ASSERT_EQ(s.planes.size(), 1U) << far_m;
+    EXPECT_EQ(s.planes[0].inliers, clean.planes[0].inliers) << far_m;
+    EXPECT_NEAR(s.planes[0].plane.d, clean.planes[0].plane.d, 1e-9) << far_m;
+    EXPECT_EQ(s.labels[100], kLabelNoPlane) << far_m;
+  }
+  // A leaf that is too small for the points themselves is still an error.
+  SegmentOptions tiny = options_for(Method::fransac);
+  tiny.voxel_grid.leaf_size_m = 1e-12;
+  EXPECT_FALSE(segment(testing::cloud_of(points), tiny));
+}
+
 TEST(Segment, AreaOfACloudIsAboutItsSquares) {
   RandomStream random = testing::test_random();
   std::vector<Vector3d> points;

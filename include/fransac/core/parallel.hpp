@@ -30,7 +30,8 @@ using IndexFunction = IndexCallable<void>;
 using IndexPredicate = IndexCallable<bool>;
 
 /// Calls `body(i)` for i in [0, n), on up to `threads` threads (0: all cores, 1: here, in order). Returns when all are
-/// done. What `body` computes must depend on i only; then the number of threads changes nothing but time.
+/// done. What `body` computes must depend on i only; then the number of threads changes nothing but time. Where the system makes
+/// no more threads it works here, in order.
 void parallel_for(int threads, std::size_t n, IndexFunction body);
 
 /// One step of what is done to every item of a stream.

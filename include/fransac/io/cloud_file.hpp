@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Point clouds as files: PCD (through PCL's io library) and PLY. Optional component `cloud_io`.
+/// Point clouds as files: PCD (through PCL's io library), PLY and XYZ. Optional component `cloud_io`.
 #pragma once
 
 #include <cstdint>
@@ -16,14 +16,16 @@ namespace fransac::io {
 /// How the points of a file are written.
 enum class CloudEncoding { ascii, binary, binary_compressed };  ///< binary_compressed is PCD only.
 
-/// Reads a PCD (ascii, binary, binary_compressed) or PLY (ascii, binary, both byte orders) file; which it is, is found
-/// from the content. Needs fields x, y, z (float or double). The origin is chosen near the cloud's centre when its
+/// Reads a PCD (ascii, binary, binary_compressed), PLY (ascii, binary, both byte orders) or XYZ file (lines "x y z" and whatever
+/// follows, apart by blanks, commas or semicolons); which it is, is found from the content, XYZ by the name's ending. Needs
+/// fields x, y, z (or X, Y, Z) of any type of number. `metres_per_unit`: what a unit of the file's coordinates is, 0.001 where
+/// they are millimetres; finite and above 0, else invalid_argument. The origin is chosen near the cloud's centre when its
 /// coordinates are too large for float (|coordinate| > 1000 m), else zero. Organised clouds keep width x height.
 /// Points that are not finite are NaN on all axes. A PCD's VIEWPOINT is not applied.
 /// Points at (0, 0, 0) are read as they stand; segment() takes them for "no return" (PointCloud::measured).
 /// A header that promises no points gives an empty cloud.
 /// Every size in the header is checked against the file's size and `limits` before memory is taken.
-Result<PointCloud> read_cloud(const std::filesystem::path& file, const ReadLimits& limits = {});
+Result<PointCloud> read_cloud(const std::filesystem::path& file, double metres_per_unit = 1.0, const ReadLimits& limits = {});
 
 /// Writes a cloud as PCD or PLY (by the file's extension, .pcd or .ply), with a colour per point by label when `labels`
 /// is not empty (one per point; io::label_colour; grey for no plane) and the label itself as a field of 32 bits.

@@ -25,7 +25,10 @@ enum class InputKind {
   tum_sequence,  ///< A folder with depth.txt.
   pcd,           ///< A cloud in PCL's format.
   ply,           ///< A cloud in the Stanford polygon format.
+  xyz,           ///< A cloud as lines of text, told by the file's ending .xyz.
 };
+/// Whether it is a point cloud, which read_cloud() reads, and no depth frames.
+bool is_cloud(InputKind kind);
 /// The name of a kind as it stands in this header, for example "tum_sequence".
 std::string_view to_string(InputKind kind);
 

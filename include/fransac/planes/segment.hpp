@@ -144,7 +144,8 @@ Result<Segmentation> segment(const PointCloud& cloud, const SegmentOptions& opti
 Status segment(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace, Segmentation& segmentation);
 
 /// The instruction set that runs on this machine, chosen at the first call: "AVX2", "SSE4", "NEON", "SCALAR" … The environment
-/// variable FRANSAC_TARGET, read when the program starts, names another one that the machine has.
+/// variable FRANSAC_TARGET, read when the program starts, names another one that the machine has; any other name makes segment()
+/// fail (unsupported).
 std::string_view instruction_set();
 
 }  // namespace fransac

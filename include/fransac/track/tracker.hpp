@@ -96,7 +96,8 @@ class Tracker {
   Tracker& operator=(Tracker&&) noexcept;
 
   /// `obstacles` null: planes only. `T_world_camera`: the camera's pose where it is known; known in one frame, it should be in
-  /// all. Errors: invalid_argument (options, a pose or plane that is not finite), unsupported (a method without covariances).
+  /// all. Errors: invalid_argument (options, a pose or plane that is not finite), unsupported (a method without covariances),
+  /// out_of_memory (the tracker then starts anew, as after reset(), but with new ids).
   Status update(const Segmentation& segmentation, const Obstacles* obstacles,
                 const std::optional<Eigen::Isometry3d>& T_world_camera, TrackedFrame& frame);
 

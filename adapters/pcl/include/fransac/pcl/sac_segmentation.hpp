@@ -185,9 +185,9 @@ class SACSegmentation : public ::pcl::PCLBase<PointT> {
                                                        work_);
     iterations_ = found.iterations;
     if (!found.model || !optimise_) return found.model;
-    // PCL's last step is a fit whatever it does to the inliers; here it is not to lose any.
+    // As PCL's last step, whatever it does to the inliers: the best count is not the best plane.
     const std::optional<Plane> fit = problem.refine_on_all(*found.model);
-    return fit && problem.verify(*fit, {}).inliers >= found.score.inliers ? fit : found.model;
+    return fit ? fit : found.model;
   }
 
   void select_inliers(const Plane& plane, ::pcl::Indices& indices) const {
