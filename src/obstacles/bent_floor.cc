@@ -311,7 +311,8 @@ void remove_bent_floor(const DepthRows<Raw>& rows, const Segmentation& segmentat
                        const Plane& support, const FloorError& error, double sigmas, DepthRowBuffer& buffer, BentFloor& work,
                        Sides& sides) {
   Leveller<Raw>(rows, segmentation, carriers, support, error, sigmas, buffer, work, sides, true).run();
-  if (sides.any_below) Leveller<Raw>(rows, segmentation, carriers, support, error, sigmas, buffer, work, sides, false).run();
+  if (!sides.any_below.empty())
+    Leveller<Raw>(rows, segmentation, carriers, support, error, sigmas, buffer, work, sides, false).run();
 }
 
 template void remove_bent_floor(const DepthRows<std::uint16_t>&, const Segmentation&, const std::vector<int>&, const Plane&,

@@ -23,7 +23,7 @@ void find_drops(const Sides& sides, const Camera& camera, const ObstacleOptions&
   drops.count = 0;
   drops.of_cell.assign(cells.size(), 0);
   drops.cells.clear();
-  if (!sides.any_below) return;
+  if (sides.any_below.empty()) return;
   const double cells_per_m2 = camera.fx * camera.fy / (cells.side * cells.side);
   for (int r = 0; r < cells.rows; ++r) {
     for (int start = cells.index(r, 0); start < cells.index(r, cells.columns); ++start) {

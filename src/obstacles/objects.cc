@@ -30,8 +30,9 @@ int cell_side(const Camera& camera) {
 /// Improved 3D Reconstruction and Tracking", 3DIMPVT 2012: 0.8 px at most slants).
 constexpr double kLateral_px = 0.8;
 
-void resize(int width, int height, std::size_t stride, int side, Sides& sides) {
+void resize(const Camera& camera, int width, int height, std::size_t stride, Sides& sides) {
   CellImage& cells = sides.cells;
+  const int side = cell_side(camera);
   cells.side = side;
   cells.columns = (width + side - 1) / side;
   cells.rows = (height + side - 1) / side;
@@ -44,33 +45,42 @@ void resize(int width, int height, std::size_t stride, int side, Sides& sides) {
   sides.below.assign(size, 0);
   sides.q.assign(size, 0.0F);
   sides.q_below.assign(size, 0.0F);
-  sides.any_below = false;
+  sides.any_above.clear();
+  sides.any_below.clear();
+  sides.ray_x.resize(at(cells.columns));
+  sides.ray_y.resize(at(cells.rows));
+  const auto middle = [&](int cell) { return (cell + 0.5) * side - 0.5; };
+  for (int c = 0; c < cells.columns; ++c) sides.ray_x[at(c)] = (middle(c) - camera.cx) / camera.fx;
+  for (int r = 0; r < cells.rows; ++r) sides.ray_y[at(r)] = (middle(r) - camera.cy) / camera.fy;
 }
 
 /// Nothing is nearer than a micrometre: powers of inverse depths stay within floats.
 constexpr float kMostInverse = 1e6F;
 
-/// Adds the quads of a row of cells to the cells, as mean inverse depths; whether there are any.
-bool gather(const std::vector<std::uint16_t>& quads, const std::vector<float>& depths, int first_cell, const CellImage& cells,
-            std::vector<std::uint16_t>& counts, std::vector<float>& q) {
+/// Adds the quads of a row of cells to the cells, as mean inverse depths, and lists those that have any pixels.
+void gather(const std::vector<std::uint16_t>& quads, const std::vector<float>& depths, int row, const CellImage& cells,
+            std::vector<std::uint16_t>& counts, std::vector<float>& q, std::vector<Cell>& any) {
   const std::size_t per_cell = at(cells.side) / kernels::kQuad;
-  bool any = false;
+  const int first_cell = cells.index(row, 0);
   constexpr std::size_t kAtOnce = sizeof(std::uint64_t) / sizeof(std::uint16_t);
+  bool found = false;
   for (std::size_t first = 0; first < quads.size(); first += kAtOnce) {
     std::uint64_t some = 0;
     std::memcpy(&some, &quads[first], sizeof some);
     if (some == 0) continue;  // most are
-    any = true;
+    found = true;
     for (std::size_t k = first; k < first + kAtOnce; ++k) {
       const std::size_t cell = at(first_cell) + k / per_cell;
       counts[cell] = static_cast<std::uint16_t>(counts[cell] + quads[k]);
       q[cell] += depths[k];
     }
   }
-  for (int i = first_cell; any && i < first_cell + cells.columns; ++i) {
-    if (counts[at(i)] != 0) q[at(i)] = std::min(static_cast<float>(counts[at(i)]) / q[at(i)], kMostInverse);
+  for (int column = 0; found && column < cells.columns; ++column) {
+    const int cell = first_cell + column;
+    if (counts[at(cell)] == 0) continue;
+    q[at(cell)] = std::min(static_cast<float>(counts[at(cell)]) / q[at(cell)], kMostInverse);
+    any.push_back({cell, row, column});
   }
-  return any;
 }
 
 /// Adds a row's kinds to those of other rows.
@@ -95,18 +105,21 @@ void mark_seen(const std::vector<std::uint8_t>& kinds, const CellImage& cells, i
 /// Finds how strongly the surface is cut between neighbouring cells.
 class Linker {
  public:
-  Linker(const Sides& sides, const Camera& camera, Objects& objects) : s_(sides), cells_(sides.cells), o_(objects) {
+  Linker(const Sides& sides, const Camera& camera, Objects& objects)
+      : cells_(sides.cells), q_(sides.q.data()), seen_(sides.seen.data()), on_(objects.on.data()), o_(objects) {
     const double lateral = kLateral_px * 0.5 * (camera.fx + camera.fy) / kKinectFocal / cells_.side;  // in cells
     lateral_ = static_cast<float>(lateral * lateral);
   }
 
   void run() {
-    o_.links.clear();
     o_.core.assign(cells_.size(), 1);
-    for (const std::int32_t a : o_.cells) {
-      link(a, 1);
-      link(a, cells_.stride);
+    o_.links.resize(2 * o_.cells.size());
+    Objects::Link* end = o_.links.data();
+    for (const Cell& cell : o_.cells) {
+      end = link(cell.index, 1, end);
+      end = link(cell.index, cells_.stride, end);
     }
+    o_.links.resize(static_cast<std::size_t>(end - o_.links.data()));
   }
 
  private:
@@ -125,26 +138,28 @@ class Linker {
 
   /// How many cells the surface goes on from a cell.
   [[nodiscard]] int reach(int cell, int step) const {
-    int length = 0;
-    while (length < kReach && o_.on[at(cell + step * (length + 1))] != 0) ++length;
-    return length;
+    return on_[cell + step] == 0 ? 0 : on_[cell + kReach * step] == 0 ? 1 : kReach;
   }
 
   /// A cell that shows neither the surface nor the support: the surface may go on behind it.
-  [[nodiscard]] bool is_gap(int cell) const { return o_.on[at(cell)] == 0 && s_.seen[at(cell)] == 0 && !cells_.in_border(cell); }
+  [[nodiscard]] bool is_gap(int cell) const { return on_[cell] == 0 && seen_[cell] == 0 && !cells_.in_border(cell); }
 
-  void link(int a, int step) {
+  /// Writes the link from a cell to the next one, if there is one, and returns the end of what is written.
+  Objects::Link* link(int a, int step, Objects::Link* end) const {
     int b = a + step;
-    int gap = 1;
-    if (is_gap(b)) {
-      b += step;
-      gap = 2;
+    if (on_[b] != 0) {
+      const float cut = cut_between(a, b, step);
+      if (cut >= 1.0F) o_.core[at(a)] = o_.core[at(b)] = 0;
+      *end = {a, b, cut};
+      return end + 1;
     }
-    if (o_.on[at(b)] == 0) return;
-    const float cut = gap == 1 ? cut_between(a, b, step) : cut_across(a, b, step);
-    if (gap == 2 && cut >= 1.0F) return;
-    o_.links.push_back({a, b, cut});
-    if (gap == 1 && cut >= 1.0F) o_.core[at(a)] = o_.core[at(b)] = 0;
+    if (!is_gap(b)) return end;
+    b += step;
+    if (on_[b] == 0) return end;
+    const float cut = cut_across(a, b, step);
+    if (cut >= 1.0F) return end;
+    *end = {a, b, cut};
+    return end + 1;
   }
 
   /// One sigma of the differences, for a surface with a slope per cell.
@@ -156,12 +171,9 @@ class Linker {
   [[nodiscard]] float cut_between(int a, int b, int step) const {
     const int before = reach(a, -step);
     const int after = reach(b, step);
-    const float difference = s_.q[at(b)] - s_.q[at(a)];
     if (before > 0 && after > 0) return cut(a, b, step, before, after, 1.0F);
-    const float slope = before > 0  ? (s_.q[at(a)] - s_.q[at(a - before * step)]) / static_cast<float>(before)
-                        : after > 0 ? (s_.q[at(b + after * step)] - s_.q[at(b)]) / static_cast<float>(after)
-                                    : 0.0F;
-    return std::abs(difference - slope) * per_sigma(a, slope) * kOneSided;
+    const float slope = before > 0 ? slope_before(a, step, before) : after > 0 ? slope_after(b, step, after) : 0.0F;
+    return std::abs(q_[b] - q_[a] - slope) * per_sigma(a, slope) * kOneSided;
   }
 
   [[nodiscard]] float cut_across(int a, int b, int step) const {
@@ -170,19 +182,29 @@ class Linker {
     return before > 0 && after > 0 ? cut(a, b, step, before, after, 2.0F) : std::numeric_limits<float>::infinity();
   }
 
+  /// Inverse depth per cell, over one or two of them.
+  [[nodiscard]] float slope_before(int a, int step, int before) const {
+    return before == kReach ? (q_[a] - q_[a - kReach * step]) / kReach : q_[a] - q_[a - step];
+  }
+  [[nodiscard]] float slope_after(int b, int step, int after) const {
+    return after == kReach ? (q_[b + kReach * step] - q_[b]) / kReach : q_[b + step] - q_[b];
+  }
+
   /// Two neighbours `gap` cells apart with slopes on both sides: a valley, where both are nearer than the other's slope
   /// foretells, or a step.
   [[nodiscard]] float cut(int a, int b, int step, int before, int after, float gap) const {
-    const float left = (s_.q[at(a)] - s_.q[at(a - before * step)]) / static_cast<float>(before);
-    const float right = (s_.q[at(b + after * step)] - s_.q[at(b)]) / static_cast<float>(after);
+    const float left = slope_before(a, step, before);
+    const float right = slope_after(b, step, after);
     const float per = per_sigma(a, std::max(std::abs(left), std::abs(right)));
     const float valley = (right - left) * static_cast<float>(std::min(before, after)) * kValley;
-    const float jump = std::abs(s_.q[at(b)] - s_.q[at(a)] - 0.5F * gap * (left + right)) * kStep / (0.5F + 0.5F * gap);
+    const float jump = std::abs(q_[b] - q_[a] - 0.5F * gap * (left + right)) * kStep / (0.5F + 0.5F * gap);
     return std::max(valley, jump) * per;
   }
 
-  const Sides& s_;
   const CellImage& cells_;
+  const float* q_;
+  const std::uint8_t* seen_;
+  const std::uint8_t* on_;
   Objects& o_;
   float lateral_ = 0.0F;
 };
@@ -200,9 +222,9 @@ class Grouper {
     o_.parent.resize(s_.cells.size());
     o_.size.resize(s_.cells.size());
     o_.seed.assign(s_.cells.size(), 0);
-    for (const std::int32_t cell : o_.cells) {
-      o_.parent[at(cell)] = cell;
-      o_.size[at(cell)] = 0;
+    for (const Cell& cell : o_.cells) {
+      o_.parent[at(cell.index)] = cell.index;
+      o_.size[at(cell.index)] = 0;
     }
     join_cores();
     join_rest();
@@ -218,21 +240,30 @@ class Grouper {
     return std::max(3.0F, static_cast<float>(size_m * size_m) * cells_per_m2_ * q * q);
   }
 
+  /// Makes every cell's parent its root. Parents come before their children.
+  void flatten() {
+    std::int32_t* const parent = o_.parent.data();
+    for (const Cell& cell : o_.cells) parent[cell.index] = parent[parent[cell.index]];
+  }
+
   /// Cells without any cut are cores; those that hang together and are large enough are objects of their own.
   void join_cores() {
     for (const Objects::Link& link : o_.links) {
-      if (link.cut >= 1.0F || o_.core[at(link.a)] == 0 || o_.core[at(link.b)] == 0) continue;
+      if ((o_.core[at(link.a)] & o_.core[at(link.b)]) == 0 || o_.parent[at(link.a)] == o_.parent[at(link.b)]) continue;
       join_roots(o_.parent.data(), root(link.a), root(link.b));
     }
-    for (const std::int32_t cell : o_.cells) ++o_.size[at(root(cell))];
-    for (const std::int32_t cell : o_.cells) {
-      const bool large = static_cast<float>(o_.size[at(cell)]) >= cells_of(cell, options_.touching_size_m);
-      if (root(cell) == cell && o_.core[at(cell)] != 0 && large) o_.seed[at(cell)] = 1;
+    flatten();
+    for (const Cell& cell : o_.cells) ++o_.size[at(o_.parent[at(cell.index)])];
+    for (const Cell& cell : o_.cells) {
+      const std::size_t i = at(cell.index);
+      if (o_.parent[i] != cell.index || o_.core[i] == 0) continue;
+      o_.seed[i] = static_cast<float>(o_.size[i]) >= cells_of(cell.index, options_.touching_size_m) ? 1 : 0;
     }
   }
 
   /// A watershed: the weakest cut first, and never two objects.
   void join_rest() {
+    keep_open_links();
     sort_links();
     for (const Objects::Link& link : o_.order) {
       const auto [low, high] = std::minmax({root(link.a), root(link.b)});
@@ -243,13 +274,28 @@ class Grouper {
       o_.size[at(low)] += o_.size[at(high)];
       o_.seed[at(low)] |= o_.seed[at(high)];
     }
+    flatten();
+  }
+
+  /// Leaves out links within a core and between two objects: they change nothing.
+  void keep_open_links() {
+    const std::int32_t* const parent = o_.parent.data();
+    const std::uint8_t* const seed = o_.seed.data();
+    const auto is_settled = [&](const Objects::Link& link) {
+      const std::int32_t a = parent[link.a];
+      const std::int32_t b = parent[link.b];
+      return a == b || (seed[a] & seed[b]) != 0;
+    };
+    o_.links.erase(std::remove_if(o_.links.begin(), o_.links.end(), is_settled), o_.links.end());
   }
 
   /// A counting sort in steps of a sixteenth; of equal ones the first in the image comes first.
   void sort_links() {
     constexpr float kSteps = 16.0F;
     constexpr std::size_t kBins = 130;
-    const auto bin = [](float cut) { return static_cast<std::size_t>(std::clamp((cut + 1.0F) * kSteps, 0.0F, kBins - 2.0F)); };
+    const auto bin = [](float cut) {
+      return static_cast<std::size_t>(static_cast<int>(std::clamp((cut + 1.0F) * kSteps, 0.0F, kBins - 2.0F)));
+    };
     std::array<std::uint32_t, kBins> first{};
     for (const Objects::Link& link : o_.links) ++first[bin(link.cut) + 1];
     std::partial_sum(first.begin(), first.end(), first.begin());
@@ -260,13 +306,14 @@ class Grouper {
   void number() {
     o_.count = 0;
     o_.of_cell.assign(s_.cells.size(), 0);
-    for (const std::int32_t cell : o_.cells) {
-      if (root(cell) != cell || static_cast<float>(o_.size[at(cell)]) < cells_of(cell, options_.min_size_m)) continue;
+    for (const Cell& cell : o_.cells) {
+      const std::size_t i = at(cell.index);
+      if (o_.parent[i] != cell.index || static_cast<float>(o_.size[i]) < cells_of(cell.index, options_.min_size_m)) continue;
       if (o_.count == kMostObjects) break;
-      o_.of_cell[at(cell)] = static_cast<std::uint16_t>(++o_.count);
+      o_.of_cell[i] = static_cast<std::uint16_t>(++o_.count);
     }
     // A root is the first of its cells in the image: it is not written over before the others have read it.
-    for (const std::int32_t cell : o_.cells) o_.of_cell[at(cell)] = o_.of_cell[at(root(cell))];
+    for (const Cell& cell : o_.cells) o_.of_cell[at(cell.index)] = o_.of_cell[at(o_.parent[at(cell.index)])];
   }
 
   /// Behind such a cut a piece as large as an object stays alone even without a core.
@@ -380,7 +427,7 @@ void find_sides(const DepthRows<Raw>& rows, const Segmentation& segmentation, co
   const Camera& camera = rows.camera();
   const std::size_t width = rows.width();
   const std::size_t stride = rows.padded_width();
-  resize(static_cast<int>(width), rows.height(), stride, cell_side(camera), sides);
+  resize(camera, static_cast<int>(width), rows.height(), stride, sides);
   const auto square = [&](double x) { return static_cast<float>(options.height_sigmas * options.height_sigmas * x * x); };
   const kernels::HeightLimits limits{square(noise.constant_m), square(noise.linear), square(noise.quadratic_per_m),
                                      static_cast<float>(options.least_height_m), static_cast<float>(options.least_drop_m)};
@@ -407,8 +454,8 @@ void find_sides(const DepthRows<Raw>& rows, const Segmentation& segmentation, co
       add_kinds(sides.kinds, sides.all_kinds);
     }
     mark_seen(sides.all_kinds, sides.cells, first_cell, sides.seen);
-    gather(sides.quads[0], sides.depths[0], first_cell, sides.cells, sides.above, sides.q);
-    sides.any_below |= gather(sides.quads[1], sides.depths[1], first_cell, sides.cells, sides.below, sides.q_below);
+    gather(sides.quads[0], sides.depths[0], r, sides.cells, sides.above, sides.q, sides.any_above);
+    gather(sides.quads[1], sides.depths[1], r, sides.cells, sides.below, sides.q_below, sides.any_below);
   }
 }
 
@@ -424,15 +471,13 @@ void find_objects(const Sides& sides, const Camera& camera, const DepthNoise& no
   const float constant = square(noise.constant_m);
   const float linear = square(noise.linear);
   const float quadratic = square(noise.quadratic_per_m);
-  for (int r = 0; r < cells.rows; ++r) {
-    for (int i = cells.index(r, 0); i < cells.index(r, cells.columns); ++i) {
-      if (sides.above[at(i)] < least) continue;
-      objects.cells.push_back(i);
-      objects.on[at(i)] = 1;
-      const float qq = sides.q[at(i)] * sides.q[at(i)];
-      constexpr float kRounding = 0x1p-22F;  // of a sum of floats, relative; depth is not known better
-      objects.sigma[at(i)] = std::sqrt(std::max(quadratic + qq * (linear + qq * constant), kRounding * kRounding * qq));
-    }
+  for (const Cell& cell : sides.any_above) {
+    if (sides.above[at(cell.index)] < least) continue;
+    objects.cells.push_back(cell);
+    objects.on[at(cell.index)] = 1;
+    const float qq = sides.q[at(cell.index)] * sides.q[at(cell.index)];
+    constexpr float kRounding = 0x1p-22F;  // of a sum of floats, relative; depth is not known better
+    objects.sigma[at(cell.index)] = std::sqrt(std::max(quadratic + qq * (linear + qq * constant), kRounding * kRounding * qq));
   }
   Linker(sides, camera, objects).run();
   Grouper(sides, camera, options, objects).run();

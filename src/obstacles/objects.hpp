@@ -37,18 +37,28 @@ struct CellImage {
   }
 };
 
+/// A cell, and where it is.
+struct Cell {
+  std::int32_t index;
+  std::int32_t row;
+  std::int32_t column;
+};
+
 /// The scene against its support.
 struct Sides {
   CellImage cells;
+  std::vector<double> ray_x;  ///< Through the middles of columns and of rows of cells, at depth 1.
+  std::vector<double> ray_y;
   std::size_t stride = 0;            ///< Of `pixels`: whole groups of a kernel.
   std::vector<std::uint8_t> pixels;  ///< kernels::kAbove, kBelow, or 0.
   std::vector<std::uint8_t> seen;    ///< Per cell: whether any of its pixels is on the support.
   // Per cell: how many of its pixels are where, and their mean inverse depth; 0 without any.
   std::vector<std::uint16_t> above;
   std::vector<std::uint16_t> below;
-  std::vector<float> q;        ///< Of those above.
-  std::vector<float> q_below;  ///< Of those below.
-  bool any_below = false;
+  std::vector<float> q;         ///< Of those above.
+  std::vector<float> q_below;   ///< Of those below.
+  std::vector<Cell> any_above;  ///< Cells with pixels above, and
+  std::vector<Cell> any_below;  ///< below, in the image's order.
   // Of one row of cells, as the kernel wants them.
   std::vector<std::uint8_t> kinds;
   std::vector<std::uint8_t> all_kinds;
@@ -100,7 +110,7 @@ struct PixelSums {
 struct Objects {
   int count = 0;
   std::vector<std::uint16_t> of_cell;   ///< Per cell: 0, or the object from 1.
-  std::vector<std::int32_t> cells;      ///< Those with enough pixels above, in the image's order.
+  std::vector<Cell> cells;              ///< Those with enough pixels above, in the image's order.
   std::vector<std::uint32_t> on_plane;  ///< Per id and label of a plane, 0 for none: pixels.
 
   struct Link {
@@ -109,7 +119,7 @@ struct Objects {
     float cut;  ///< How concave or how high a step, in units of what is cut.
   };
   std::vector<Link> links;
-  std::vector<Link> order;
+  std::vector<Link> order;  ///< Those between parts, the weakest first.
   std::vector<std::uint8_t> on;
   std::vector<std::uint8_t> core;
   std::vector<std::uint8_t> seed;

@@ -94,7 +94,9 @@ class Describer {
     });
     w_.ids.assign(w_.extents.size(), 0);
     for (std::size_t i = 0; i < w_.order.size(); ++i) w_.ids[w_.order[i]] = static_cast<std::uint16_t>(i + 1);
-    for (const std::int32_t cell : w_.objects.cells) w_.objects.of_cell[at(cell)] = w_.ids[w_.objects.of_cell[at(cell)]];
+    for (const obstacles::Cell& cell : w_.objects.cells) {
+      w_.objects.of_cell[at(cell.index)] = w_.ids[w_.objects.of_cell[at(cell.index)]];
+    }
     for (const std::int32_t cell : w_.drops.cells) {
       w_.drops.of_cell[at(cell)] = w_.ids[at(w_.objects.count) + w_.drops.of_cell[at(cell)]];
     }
