@@ -76,7 +76,7 @@ void Footprint::add(const Eigen::Vector2d& point) {
   static const Reaches kCosines = Reaches::LinSpaced(0.0, std::numbers::pi * (kDirections - 1) / kDirections).cos();
   static const Reaches kSines = Reaches::LinSpaced(0.0, std::numbers::pi * (kDirections - 1) / kDirections).sin();
   const Reaches reach = point.x() * kCosines + point.y() * kSines;
-  if (!(reach > most_).any() && !(reach < least_).any()) return;  // most are within what was seen before
+  if (!((reach - most_).max(least_ - reach).maxCoeff() > 0.0)) return;  // most are within what was seen before
   for (Eigen::Index k = 0; k < kDirections; ++k) {
     if (reach[k] > most_[k]) extremes_[static_cast<std::size_t>(2 * k)] = point;
     if (reach[k] < least_[k]) extremes_[static_cast<std::size_t>(2 * k + 1)] = point;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "obstacles/objects.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -341,41 +342,45 @@ class PixelLabeller {
   }
 
   /// What the cell's pixels may be on.
-  [[nodiscard]] Choice choose(int cell, int row) const {
+  [[nodiscard]] Choice choose(const Cell& cell) const {
     Choice choice;
-    const std::uint16_t own = o_.of_cell[at(cell)];
-    choice.first_u = (cell - cells_.index(row, 0)) * cells_.side;
+    const std::uint16_t own = o_.of_cell[at(cell.index)];
+    choice.first_u = cell.column * cells_.side;
     choice.otherwise = own;
     choice.most = std::numeric_limits<float>::infinity();
     if (own != 0) add(cell, 0.0F, choice);
     constexpr float kNear = 10.0F;  // sigmas; of pixels in cells that have too few
-    for (const int next : {cell - cells_.stride, cell - 1, cell + 1, cell + cells_.stride}) {
-      const std::uint16_t other = o_.of_cell[at(next)];
-      if (other == 0 || other == own) continue;
-      add(next, own != 0 ? o_.sigma[at(next)] : 0.0F, choice);
-      if (own == 0) choice.most = kNear * o_.sigma[at(next)];
-    }
+    const auto add_next = [&](const Cell& next) {
+      const std::uint16_t other = o_.of_cell[at(next.index)];
+      if (other == 0 || other == own) return;
+      add(next, own != 0 ? o_.sigma[at(next.index)] : 0.0F, choice);
+      if (own == 0) choice.most = kNear * o_.sigma[at(next.index)];
+    };
+    add_next({cell.index - cells_.stride, cell.row - 1, cell.column});
+    add_next({cell.index - 1, cell.row, cell.column - 1});
+    add_next({cell.index + 1, cell.row, cell.column + 1});
+    add_next({cell.index + cells_.stride, cell.row + 1, cell.column});
     return choice;
   }
 
  private:
-  void add(int cell, float handicap, Choice& choice) const {
-    const std::uint16_t object = o_.of_cell[at(cell)];
+  void add(const Cell& cell, float handicap, Choice& choice) const {
+    const std::uint16_t object = o_.of_cell[at(cell.index)];
     const auto side = static_cast<float>(cells_.side);
     const auto slope = [&](int step) {
-      const bool before = o_.of_cell[at(cell - step)] == object;
-      const bool after = o_.of_cell[at(cell + step)] == object;
-      const float first = s_.q[at(before ? cell - step : cell)];
-      const float last = s_.q[at(after ? cell + step : cell)];
+      const bool before = o_.of_cell[at(cell.index - step)] == object;
+      const bool after = o_.of_cell[at(cell.index + step)] == object;
+      const float first = s_.q[at(before ? cell.index - step : cell.index)];
+      const float last = s_.q[at(after ? cell.index + step : cell.index)];
       return before || after ? (last - first) / (before && after ? 2.0F * side : side) : 0.0F;
     };
     choice.surfaces[at(choice.count++)] = {.object = object,
                                            .handicap = handicap,
-                                           .q = s_.q[at(cell)],
+                                           .q = s_.q[at(cell.index)],
                                            .du = slope(1),
                                            .dv = slope(cells_.stride),
-                                           .u = (static_cast<float>(cells_.column(cell)) + 0.5F) * side - 0.5F,
-                                           .v = (static_cast<float>(cells_.row(cell)) + 0.5F) * side - 0.5F};
+                                           .u = (static_cast<float>(cell.column) + 0.5F) * side - 0.5F,
+                                           .v = (static_cast<float>(cell.row) + 0.5F) * side - 0.5F};
   }
 
   const Sides& s_;
@@ -383,39 +388,41 @@ class PixelLabeller {
   const CellImage& cells_;
 };
 
-/// Writes an object to the pixels of a quad that are above the support, and counts them by plane; 0 is none.
-void label_quad(const std::uint8_t* side, const std::uint8_t* plane, std::uint16_t object, std::size_t planes,
-                std::uint16_t* labels, std::uint32_t* counts) {
-  std::uint32_t sides = 0;
-  std::uint32_t plane_labels = 0;
-  std::memcpy(&sides, side, sizeof sides);
-  std::memcpy(&plane_labels, plane, sizeof plane_labels);
-  if (sides == 0) return;
-  constexpr std::uint32_t kEveryByte = 0x01010101U;
-  if (sides == kEveryByte * kernels::kAbove && plane_labels == kEveryByte * plane[0]) {  // most are
-    std::fill_n(labels, kernels::kQuad, object);
-    counts[plane[0] <= planes ? plane[0] : 0] += kernels::kQuad;
-    return;
-  }
-  for (std::size_t k = 0; k < kernels::kQuad; ++k) {
-    if (side[k] != kernels::kAbove) continue;
-    labels[k] = object;
-    ++counts[plane[k] <= planes ? plane[k] : 0];
-  }
-}
+/// Four pixels.
+using Quad = Eigen::Array4f;
+static_assert(kernels::kQuad == 4);
 
-std::uint16_t nearest_of(const Choice& choice, int u, int v, float q) {
-  std::uint16_t best = choice.otherwise;
-  float least = choice.most;
-  for (int k = 0; k < choice.count; ++k) {
-    const Surface& s = choice.surfaces[at(k)];
-    const float off = s.q + s.du * (static_cast<float>(u) - s.u) + s.dv * (static_cast<float>(v) - s.v) - q;
-    if (const float distance = std::abs(off) + s.handicap; distance < least) {
-      least = distance;
-      best = s.object;
+/// What each of four pixels from (u, v) is on, by their inverse depths.
+class Nearest {
+ public:
+  Nearest(const Choice& choice, int u, int v, const Quad& q) : choice_(choice), least_(Quad::Constant(choice.most)) {
+    const Quad columns = static_cast<float>(u) + Quad(0.0F, 1.0F, 2.0F, 3.0F);
+    for (int i = 0; i < choice.count; ++i) {
+      const Surface& s = choice.surfaces[at(i)];
+      distances_[at(i)] = (s.q + s.du * (columns - s.u) + s.dv * (static_cast<float>(v) - s.v) - q).abs() + s.handicap;
+      least_ = least_.min(distances_[at(i)]);
     }
   }
-  return best;
+
+  [[nodiscard]] std::uint16_t object(Eigen::Index pixel) const {
+    for (int i = 0; i < choice_.count; ++i) {
+      if (distances_[at(i)][pixel] == least_[pixel]) return choice_.surfaces[at(i)].object;
+    }
+    return choice_.otherwise;
+  }
+
+ private:
+  const Choice& choice_;
+  std::array<Quad, 5> distances_;
+  Quad least_;
+};
+
+/// Writes to each pixel above the support its column's object, and 0 to the others.
+void write_labels(const std::uint8_t* __restrict sides, const std::uint16_t* __restrict objects, std::size_t width,
+                  std::uint16_t* __restrict labels) {
+  for (std::size_t u = 0; u < width; ++u) {
+    labels[u] = static_cast<std::uint16_t>(objects[u] & (sides[u] == kernels::kAbove ? 0xFFFFU : 0U));
+  }
 }
 
 }  // namespace
@@ -492,74 +499,102 @@ class RowLabeller {
   RowLabeller(const DepthRows<Raw>& rows, const Segmentation& segmentation, const Sides& sides, DepthRowBuffer& buffer,
               Objects& objects, std::vector<PixelSums>& sums, std::vector<std::uint16_t>& labels)
       : rows_(rows),
-        segmentation_(segmentation),
+        plane_labels_(segmentation.labels.data()),
+        planes_(segmentation.planes.size()),
         s_(sides),
         cells_(sides.cells),
         buffer_(buffer),
         o_(objects),
         sums_(sums),
         labels_(labels),
-        labeller_(sides, objects) {}
+        labeller_(sides, objects) {
+    o_.singles.resize(at(cells_.columns) * at(cells_.side));
+  }
 
-  void run(int row) {
-    o_.singles.clear();
+  /// A row of cells, of which these have pixels above.
+  void run(const Cell* begin, const Cell* end) {
+    const int first_v = begin->row * cells_.side;
+    end_v_ = std::min(first_v + cells_.side, rows_.height());
+    std::fill(o_.singles.begin(), o_.singles.end(), std::uint16_t{0});
     o_.choices.clear();
-    for (int i = cells_.index(row, 0); i < cells_.index(row, cells_.columns); ++i) {
-      if (s_.above[at(i)] == 0) continue;
-      if (labeller_.is_single(i)) {
-        o_.singles.push_back({i, (i - cells_.index(row, 0)) * cells_.side});
-      } else if (const Choice choice = labeller_.choose(i, row); choice.count > 0) {
+    for (const Cell* cell = begin; cell != end; ++cell) {
+      if (s_.above[at(cell->index)] == 0) continue;  // bent floor
+      if (labeller_.is_single(cell->index)) {
+        add_single(*cell);
+      } else if (const Choice choice = labeller_.choose(*cell); choice.count > 0) {
         o_.choices.push_back(choice);
       }
     }
-    for (int v = row * cells_.side; v < std::min((row + 1) * cells_.side, rows_.height()); ++v) {
-      for (const Objects::Single& single : o_.singles) label_single(single, v);
+    for (int v = first_v; v < end_v_; ++v) {
+      write_labels(side(0, v), o_.singles.data(), rows_.width(), &labels_[pixel(0, v)]);
       if (o_.choices.empty()) continue;
       const Raw* const raw = rows_.row(v, buffer_).kept;
       for (const Choice& choice : o_.choices) label_mixed(choice, v, raw);
-    }
-    const auto middle = [&](int first) { return static_cast<float>(first) + 0.5F * static_cast<float>(cells_.side - 1); };
-    for (const Objects::Single& single : o_.singles) {
-      sums_[o_.of_cell[at(single.cell)]].add(s_.above[at(single.cell)], 1.0F / s_.q[at(single.cell)], middle(single.first_u),
-                                             middle(row * cells_.side));
     }
   }
 
  private:
   [[nodiscard]] const std::uint8_t* side(int u, int v) const { return &s_.pixels[at(v) * s_.stride + at(u)]; }
   [[nodiscard]] std::size_t pixel(int u, int v) const { return at(v) * rows_.width() + at(u); }
-  std::uint32_t* counts(std::uint16_t object) { return &o_.on_plane[object * (segmentation_.planes.size() + 1)]; }
+  std::uint32_t* counts(std::uint16_t object) { return &o_.on_plane[object * (planes_ + 1)]; }
+  [[nodiscard]] std::size_t plane(std::uint8_t label) const { return label <= planes_ ? label : 0; }
 
-  void label_single(const Objects::Single& single, int v) {
-    const std::uint16_t object = o_.of_cell[at(single.cell)];
-    const int end = std::min(single.first_u + cells_.side, static_cast<int>(rows_.width()));
-    int u = single.first_u;
-    for (; u + static_cast<int>(kernels::kQuad) <= end; u += static_cast<int>(kernels::kQuad)) {
-      label_quad(side(u, v), &segmentation_.labels[pixel(u, v)], object, segmentation_.planes.size(), &labels_[pixel(u, v)],
-                 counts(object));
+  void add_single(const Cell& cell) {
+    const std::uint16_t object = o_.of_cell[at(cell.index)];
+    const int first_u = cell.column * cells_.side;
+    const int first_v = cell.row * cells_.side;
+    std::fill_n(o_.singles.begin() + first_u, cells_.side, object);
+    const auto middle = [&](int first) { return static_cast<float>(first) + 0.5F * static_cast<float>(cells_.side - 1); };
+    sums_[object].add(s_.above[at(cell.index)], 1.0F / s_.q[at(cell.index)], middle(first_u), middle(first_v));
+    const std::uint8_t* sides = side(first_u, first_v);
+    const std::uint8_t* labels = plane_labels_ + pixel(first_u, first_v);
+    std::uint32_t* const on_plane = counts(object);
+    if (s_.above[at(cell.index)] == cells_.side * cells_.side && is_uniform(labels)) {
+      on_plane[plane(*labels)] += s_.above[at(cell.index)];
+      return;
     }
-    for (; u < end; ++u) label_pixel(u, v, object);
+    const int columns = std::min(cells_.side, static_cast<int>(rows_.width()) - first_u);
+    for (int v = first_v; v < end_v_; ++v, sides += s_.stride, labels += rows_.width()) {
+      for (int k = 0; k < columns; ++k) {
+        if (sides[k] == kernels::kAbove) ++on_plane[plane(labels[k])];
+      }
+    }
   }
 
-  void label_pixel(int u, int v, std::uint16_t object) {
-    if (*side(u, v) != kernels::kAbove) return;
-    labels_[pixel(u, v)] = object;
-    const std::uint8_t plane = segmentation_.labels[pixel(u, v)];
-    ++counts(object)[plane <= segmentation_.planes.size() ? plane : 0];
+  /// Whether all pixels of a whole cell have one label.
+  [[nodiscard]] bool is_uniform(const std::uint8_t* labels) const {
+    const std::uint32_t first = 0x01010101U * *labels;
+    std::uint32_t others = 0;
+    for (int v = 0; v < cells_.side; ++v, labels += rows_.width()) {
+      for (int u = 0; u < cells_.side; u += static_cast<int>(kernels::kQuad)) {
+        std::uint32_t quad = 0;
+        std::memcpy(&quad, labels + u, sizeof quad);
+        others |= quad ^ first;
+      }
+    }
+    return others == 0;
   }
 
   void label_mixed(const Choice& choice, int v, const Raw* raw) {
-    for (int u = choice.first_u; u < std::min(choice.first_u + cells_.side, static_cast<int>(rows_.width())); ++u) {
-      if (*side(u, v) != kernels::kAbove) continue;
-      const float z = static_cast<float>(raw[u]) * rows_.view().metres_per_unit();
-      const std::uint16_t object = nearest_of(choice, u, v, 1.0F / z);
-      label_pixel(u, v, object);
-      sums_[object].add(1, z, static_cast<float>(u), static_cast<float>(v));
+    const int end = std::min(choice.first_u + cells_.side, static_cast<int>(rows_.width()));
+    for (int first = choice.first_u; first < end; first += static_cast<int>(kernels::kQuad)) {
+      Quad z;
+      for (Eigen::Index k = 0; k < z.size(); ++k) z[k] = static_cast<float>(raw[first + k]) * rows_.view().metres_per_unit();
+      const Nearest nearest(choice, first, v, 1.0F / z);
+      for (int k = 0; k < z.size(); ++k) {
+        const int u = first + k;
+        if (*side(u, v) != kernels::kAbove) continue;
+        const std::uint16_t object = nearest.object(k);
+        labels_[pixel(u, v)] = object;
+        ++counts(object)[plane(plane_labels_[pixel(u, v)])];
+        sums_[object].add(1, z[k], static_cast<float>(u), static_cast<float>(v));
+      }
     }
   }
 
   const DepthRows<Raw>& rows_;
-  const Segmentation& segmentation_;
+  const std::uint8_t* plane_labels_;
+  std::size_t planes_;
   const Sides& s_;
   const CellImage& cells_;
   DepthRowBuffer& buffer_;
@@ -567,6 +602,7 @@ class RowLabeller {
   std::vector<PixelSums>& sums_;
   std::vector<std::uint16_t>& labels_;
   PixelLabeller labeller_;
+  int end_v_ = 0;  ///< Of the row of cells.
 };
 
 }  // namespace
@@ -576,7 +612,15 @@ void label_objects(const DepthRows<Raw>& rows, const Segmentation& segmentation,
                    Objects& objects, std::vector<PixelSums>& sums, std::vector<std::uint16_t>& labels) {
   objects.on_plane.assign(sums.size() * (segmentation.planes.size() + 1), 0);
   RowLabeller<Raw> labeller(rows, segmentation, sides, buffer, objects, sums, labels);
-  for (int row = 0; row < sides.cells.rows; ++row) labeller.run(row);
+  const std::size_t row_of_cells = rows.width() * at(sides.cells.side);
+  auto written = labels.begin();
+  for_each_row(sides.any_above, [&](const Cell* begin, const Cell* end) {
+    const auto first = labels.begin() + static_cast<std::ptrdiff_t>(at(begin->row) * row_of_cells);
+    std::fill(written, first, std::uint16_t{0});
+    labeller.run(begin, end);
+    written = labels.begin() + static_cast<std::ptrdiff_t>(std::min(at(begin->row + 1) * row_of_cells, labels.size()));
+  });
+  std::fill(written, labels.end(), std::uint16_t{0});
 }
 
 template void find_sides(const DepthRows<std::uint16_t>&, const Segmentation&, const std::vector<int>&, const Plane&,

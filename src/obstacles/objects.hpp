@@ -44,6 +44,18 @@ struct Cell {
   std::int32_t column;
 };
 
+/// Calls function(begin, end) for each row of cells that has any of a list in the image's order.
+template <class Function>
+void for_each_row(const std::vector<Cell>& cells, Function&& function) {
+  const Cell* const end = cells.data() + cells.size();
+  for (const Cell* first = cells.data(); first != end;) {
+    const Cell* last = first + 1;
+    while (last != end && last->row == first->row) ++last;
+    function(first, last);
+    first = last;
+  }
+}
+
 /// The scene against its support.
 struct Sides {
   CellImage cells;
@@ -126,12 +138,8 @@ struct Objects {
   std::vector<float> sigma;  ///< Of inverse depth, per cell.
   std::vector<std::int32_t> parent;
   std::vector<std::int32_t> size;
-  // Of one row of cells: those that are of one object, and the others.
-  struct Single {
-    std::int32_t cell;
-    std::int32_t first_u;
-  };
-  std::vector<Single> singles;
+  // Of one row of cells: the objects of cells that have one only, per column of pixels, and the other cells.
+  std::vector<std::uint16_t> singles;
   std::vector<Choice> choices;
 };
 
@@ -145,7 +153,8 @@ void find_sides(const DepthRows<Raw>& rows, const Segmentation& segmentation, co
 void find_objects(const Sides& sides, const Camera& camera, const DepthNoise& noise, const ObstacleOptions& options,
                   Objects& objects);
 
-/// Writes what `of_cell` says, an id of an obstacle, to each object's pixels, and adds those up. `sums` has an element per id.
+/// Writes what `of_cell` says, an id of an obstacle, to each object's pixels and 0 to all others, and adds those up. `sums` has
+/// an element per id.
 template <class Raw>
 void label_objects(const DepthRows<Raw>& rows, const Segmentation& segmentation, const Sides& sides, DepthRowBuffer& buffer,
                    Objects& objects, std::vector<PixelSums>& sums, std::vector<std::uint16_t>& labels);
