@@ -179,7 +179,7 @@ class Leveller {
       const std::size_t first = at(cells_.index(r, 0));
       w_.sums.clear();
       for (int column = 0; column < cells_.columns; ++column) {
-        if ((w_.wanted[first + at(column)] & s_.seen[first + at(column)]) != 0) w_.sums.push_back({column, 0, 0.0});
+        if (w_.wanted[first + at(column)] != 0 && s_.seen[first + at(column)] != 0) w_.sums.push_back({column, 0, 0.0});
       }
       if (w_.sums.empty()) continue;
       for (int v = r * cells_.side; v < std::min((r + 1) * cells_.side, rows_.height()); ++v) {

@@ -58,29 +58,30 @@ void resize(const Camera& camera, int width, int height, std::size_t stride, Sid
 /// Nothing is nearer than a micrometre: powers of inverse depths stay within floats.
 constexpr float kMostInverse = 1e6F;
 
-/// Adds the quads of a row of cells to the cells, as mean inverse depths, and lists those that have any pixels.
-void gather(const std::vector<std::uint16_t>& quads, const std::vector<float>& depths, int row, const CellImage& cells,
-            std::vector<std::uint16_t>& counts, std::vector<float>& q, std::vector<Cell>& any) {
-  const std::size_t per_cell = at(cells.side) / kernels::kQuad;
-  const int first_cell = cells.index(row, 0);
-  constexpr std::size_t kAtOnce = sizeof(std::uint64_t) / sizeof(std::uint16_t);
-  bool found = false;
-  for (std::size_t first = 0; first < quads.size(); first += kAtOnce) {
-    std::uint64_t some = 0;
-    std::memcpy(&some, &quads[first], sizeof some);
-    if (some == 0) continue;  // most are
-    found = true;
-    for (std::size_t k = first; k < first + kAtOnce; ++k) {
-      const std::size_t cell = at(first_cell) + k / per_cell;
-      counts[cell] = static_cast<std::uint16_t>(counts[cell] + quads[k]);
-      q[cell] += depths[k];
-    }
+/// Adds the quads of each cell up.
+template <class Number>
+void add_up(std::size_t per_cell, std::vector<Number>& quads) {
+  if (per_cell == 1) return;
+  for (std::size_t first = 0; first < quads.size(); first += per_cell) {
+    quads[first / per_cell] = std::accumulate(&quads[first], &quads[first] + per_cell, Number{0});
   }
-  for (int column = 0; found && column < cells.columns; ++column) {
-    const int cell = first_cell + column;
-    if (counts[at(cell)] == 0) continue;
-    q[at(cell)] = std::min(static_cast<float>(counts[at(cell)]) / q[at(cell)], kMostInverse);
-    any.push_back({cell, row, column});
+}
+
+/// Takes what was added up over the quads of a row of cells, as mean inverse depths, and lists cells that have any pixels.
+void gather(int row, const CellImage& cells, std::vector<std::uint16_t>& quads, std::vector<float>& depths,
+            std::vector<std::uint16_t>& counts, std::vector<float>& q, std::vector<Cell>& any) {
+  std::uint16_t some = 0;
+  for (const std::uint16_t quad : quads) some |= quad;
+  if (some == 0) return;
+  add_up(at(cells.side) / kernels::kQuad, quads);
+  add_up(at(cells.side) / kernels::kQuad, depths);
+  const int first = cells.index(row, 0);
+  for (int column = 0; column < cells.columns; ++column) {
+    const std::uint16_t count = quads[at(column)];
+    if (count == 0) continue;
+    counts[at(first + column)] = count;
+    q[at(first + column)] = std::min(static_cast<float>(count) / depths[at(column)], kMostInverse);
+    any.push_back({first + column, row, column});
   }
 }
 
@@ -93,14 +94,17 @@ void add_kinds(const std::vector<std::uint8_t>& row, std::vector<std::uint8_t>& 
 }
 
 /// Cells of which any pixel is on the support.
-void mark_seen(const std::vector<std::uint8_t>& kinds, const CellImage& cells, int first_cell, std::vector<std::uint8_t>& seen) {
-  const std::size_t per_cell = at(cells.side) / kernels::kQuad;
-  for (std::size_t k = 0; k < kinds.size() / kernels::kQuad; ++k) {
+void mark_seen(const std::vector<std::uint8_t>& kinds, const CellImage& cells, std::vector<std::uint8_t>& quads,
+               std::uint8_t* seen) {
+  quads.resize(kinds.size() / kernels::kQuad);
+  for (std::size_t k = 0; k < quads.size(); ++k) {
     std::uint32_t quad = 0;
     std::memcpy(&quad, &kinds[k * kernels::kQuad], sizeof quad);
     constexpr std::uint32_t kOn = 0x01010101U * kernels::kOnPlane;
-    seen[at(first_cell) + k / per_cell] |= static_cast<std::uint8_t>((quad & kOn) != 0);
+    quads[k] = (quad & kOn) != 0 ? 1 : 0;
   }
+  add_up(at(cells.side) / kernels::kQuad, quads);
+  std::copy_n(quads.begin(), cells.columns, seen);
 }
 
 /// Finds how strongly the surface is cut between neighbouring cells.
@@ -116,10 +120,16 @@ class Linker {
     o_.core.assign(cells_.size(), 1);
     o_.links.resize(2 * o_.cells.size());
     Objects::Link* end = o_.links.data();
-    for (const Cell& cell : o_.cells) {
-      end = link(cell.index, 1, end);
-      end = link(cell.index, cells_.stride, end);
-    }
+    for_each_row(o_.cells, [&](const Cell* first, const Cell* last) {
+      const int from = first->index;
+      const int count = (last - 1)->index - from + 1;
+      cut_wholes(from, count, 1, o_.cuts[0]);
+      cut_wholes(from, count, cells_.stride, o_.cuts[1]);
+      for (const Cell* cell = first; cell != last; ++cell) {
+        end = link(cell->index, 1, o_.cuts[0][at(cell->index - from)], end);
+        end = link(cell->index, cells_.stride, o_.cuts[1][at(cell->index - from)], end);
+      }
+    });
     o_.links.resize(static_cast<std::size_t>(end - o_.links.data()));
   }
 
@@ -137,6 +147,29 @@ class Linker {
   static constexpr int kReach = 2;
   static_assert(kReach < CellImage::kBorder);
 
+  /// Whether the surface goes on as far as can be on both sides of a link, as it does nearly everywhere.
+  [[nodiscard]] bool is_whole(int a, int step) const {
+    return (on_[a - 2 * step] & on_[a - step] & on_[a + 2 * step] & on_[a + 3 * step]) != 0;
+  }
+
+  /// What cut() is from each of some cells to the next one where the link is whole; anything elsewhere.
+  void cut_wholes(int from, int count, int step, std::vector<float>& cuts) const {
+    cuts.resize(at(count));
+    const float* const a = q_ + from;
+    const float* const sigmas = &o_.sigma[at(from)];
+    float* const __restrict out = cuts.data();
+    const float lateral = lateral_;
+    for (int i = 0; i < count; ++i) {
+      const float left = (a[i] - a[i - 2 * step]) / 2.0F;
+      const float right = (a[i + 3 * step] - a[i + step]) / 2.0F;
+      const float slope = std::max(std::abs(left), std::abs(right));
+      const float per = 1.0F / std::sqrt(sigmas[i] * sigmas[i] + lateral * slope * slope);
+      const float valley = (right - left) * 2.0F * kValley;
+      const float jump = std::abs(a[i + step] - a[i] - 0.5F * (left + right)) * kStep;
+      out[i] = std::max(valley, jump) * per;
+    }
+  }
+
   /// How many cells the surface goes on from a cell.
   [[nodiscard]] int reach(int cell, int step) const {
     return on_[cell + step] == 0 ? 0 : on_[cell + kReach * step] == 0 ? 1 : kReach;
@@ -146,10 +179,10 @@ class Linker {
   [[nodiscard]] bool is_gap(int cell) const { return on_[cell] == 0 && seen_[cell] == 0 && !cells_.in_border(cell); }
 
   /// Writes the link from a cell to the next one, if there is one, and returns the end of what is written.
-  Objects::Link* link(int a, int step, Objects::Link* end) const {
+  Objects::Link* link(int a, int step, float cut_of_whole, Objects::Link* end) const {
     int b = a + step;
     if (on_[b] != 0) {
-      const float cut = cut_between(a, b, step);
+      const float cut = is_whole(a, step) ? cut_of_whole : cut_between(a, b, step);
       if (cut >= 1.0F) o_.core[at(a)] = o_.core[at(b)] = 0;
       *end = {a, b, cut};
       return end + 1;
@@ -443,13 +476,15 @@ void find_sides(const DepthRows<Raw>& rows, const Segmentation& segmentation, co
   for (const int label : carriers) table[at(label)] = kernels::kOnPlane;
   const int planes = static_cast<int>(segmentation.planes.size());
   const double step = support.normal.x() / camera.fx;
-  sides.kinds.assign(stride, 0);
+  // Whole cells, beyond the last column of pixels.
+  const auto side = at(sides.cells.side);
+  const std::size_t columns = (stride + side - 1) / side * side;
+  sides.kinds.assign(columns, 0);
   for (int r = 0; r < sides.cells.rows; ++r) {
-    sides.all_kinds.assign(stride, 0);
-    for (auto& quads : sides.quads) quads.assign(stride / kernels::kQuad, 0);
-    for (auto& depths : sides.depths) depths.assign(stride / kernels::kQuad, 0.0F);
+    sides.all_kinds.assign(columns, 0);
+    for (auto& quads : sides.quads) quads.assign(columns / kernels::kQuad, 0);
+    for (auto& depths : sides.depths) depths.assign(columns / kernels::kQuad, 0.0F);
     const kernels::QuadSums sums{sides.quads[0].data(), sides.depths[0].data(), sides.quads[1].data(), sides.depths[1].data()};
-    const int first_cell = sides.cells.index(r, 0);
     for (int v = r * sides.cells.side; v < std::min((r + 1) * sides.cells.side, rows.height()); ++v) {
       std::copy_n(segmentation.labels.data() + at(v) * width, width, sides.kinds.data());
       kernels::relabel(sides.kinds.data(), width, table.data(), planes);
@@ -460,9 +495,9 @@ void find_sides(const DepthRows<Raw>& rows, const Segmentation& segmentation, co
           &sides.pixels[at(v) * stride], sums);
       add_kinds(sides.kinds, sides.all_kinds);
     }
-    mark_seen(sides.all_kinds, sides.cells, first_cell, sides.seen);
-    gather(sides.quads[0], sides.depths[0], r, sides.cells, sides.above, sides.q, sides.any_above);
-    gather(sides.quads[1], sides.depths[1], r, sides.cells, sides.below, sides.q_below, sides.any_below);
+    mark_seen(sides.all_kinds, sides.cells, sides.seen_quads, &sides.seen[at(sides.cells.index(r, 0))]);
+    gather(r, sides.cells, sides.quads[0], sides.depths[0], sides.above, sides.q, sides.any_above);
+    gather(r, sides.cells, sides.quads[1], sides.depths[1], sides.below, sides.q_below, sides.any_below);
   }
 }
 
@@ -565,29 +600,38 @@ class RowLabeller {
   [[nodiscard]] bool is_uniform(const std::uint8_t* labels) const {
     const std::uint32_t first = 0x01010101U * *labels;
     std::uint32_t others = 0;
-    for (int v = 0; v < cells_.side; ++v, labels += rows_.width()) {
-      for (int u = 0; u < cells_.side; u += static_cast<int>(kernels::kQuad)) {
-        std::uint32_t quad = 0;
-        std::memcpy(&quad, labels + u, sizeof quad);
-        others |= quad ^ first;
+    const std::size_t width = rows_.width();
+    for (int u = 0; u < cells_.side; u += static_cast<int>(kernels::kQuad)) {
+      const std::uint8_t* quads = labels + u;
+      for (int v = 0; v < cells_.side; v += 4, quads += 4 * width) {  // sides of cells are multiples of four
+        others |= (quad(quads) ^ first) | (quad(quads + width) ^ first) | (quad(quads + 2 * width) ^ first) |
+                  (quad(quads + 3 * width) ^ first);
       }
     }
     return others == 0;
   }
+  [[nodiscard]] static std::uint32_t quad(const std::uint8_t* bytes) {
+    std::uint32_t four = 0;
+    std::memcpy(&four, bytes, sizeof four);
+    return four;
+  }
 
   void label_mixed(const Choice& choice, int v, const Raw* raw) {
     const int end = std::min(choice.first_u + cells_.side, static_cast<int>(rows_.width()));
+    const float metres = rows_.view().metres_per_unit();
     for (int first = choice.first_u; first < end; first += static_cast<int>(kernels::kQuad)) {
-      Quad z;
-      for (Eigen::Index k = 0; k < z.size(); ++k) z[k] = static_cast<float>(raw[first + k]) * rows_.view().metres_per_unit();
+      const std::uint8_t* const sides = side(first, v);
+      if ((quad(sides) & (0x01010101U * kernels::kAbove)) == 0) continue;
+      const std::uint8_t* const planes = plane_labels_ + pixel(first, v);
+      std::uint16_t* const out = &labels_[pixel(first, v)];
+      const Quad z = Quad(raw[first], raw[first + 1], raw[first + 2], raw[first + 3]) * metres;
       const Nearest nearest(choice, first, v, 1.0F / z);
-      for (int k = 0; k < z.size(); ++k) {
-        const int u = first + k;
-        if (*side(u, v) != kernels::kAbove) continue;
+      for (int k = 0; k < static_cast<int>(kernels::kQuad); ++k) {
+        if (sides[k] != kernels::kAbove) continue;
         const std::uint16_t object = nearest.object(k);
-        labels_[pixel(u, v)] = object;
-        ++counts(object)[plane(plane_labels_[pixel(u, v)])];
-        sums_[object].add(1, z[k], static_cast<float>(u), static_cast<float>(v));
+        out[k] = object;
+        ++counts(object)[plane(planes[k])];
+        sums_[object].add(1, z[k], static_cast<float>(first + k), static_cast<float>(v));
       }
     }
   }

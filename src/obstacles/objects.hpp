@@ -63,7 +63,7 @@ struct Sides {
   std::vector<double> ray_y;
   std::size_t stride = 0;            ///< Of `pixels`: whole groups of a kernel.
   std::vector<std::uint8_t> pixels;  ///< kernels::kAbove, kBelow, or 0.
-  std::vector<std::uint8_t> seen;    ///< Per cell: whether any of its pixels is on the support.
+  std::vector<std::uint8_t> seen;    ///< Per cell: 0, or any of its pixels is on the support.
   // Per cell: how many of its pixels are where, and their mean inverse depth; 0 without any.
   std::vector<std::uint16_t> above;
   std::vector<std::uint16_t> below;
@@ -74,6 +74,7 @@ struct Sides {
   // Of one row of cells, as the kernel wants them.
   std::vector<std::uint8_t> kinds;
   std::vector<std::uint8_t> all_kinds;
+  std::vector<std::uint8_t> seen_quads;
   std::vector<std::uint16_t> quads[2];
   std::vector<float> depths[2];
 };
@@ -130,6 +131,7 @@ struct Objects {
     std::int32_t b;
     float cut;  ///< How concave or how high a step, in units of what is cut.
   };
+  std::vector<float> cuts[2];  ///< Of one row of cells, to the next cell and to the next row.
   std::vector<Link> links;
   std::vector<Link> order;  ///< Those between parts, the weakest first.
   std::vector<std::uint8_t> on;
