@@ -365,13 +365,10 @@ class PixelLabeller {
 
   /// Whether all pixels of a cell are of the cell's object: no neighbour is of another.
   [[nodiscard]] bool is_single(int cell) const {
-    const std::uint16_t own = o_.of_cell[at(cell)];
-    const auto differs = [&](int next) {
-      const std::uint16_t other = o_.of_cell[at(next)];
-      return other != 0 && other != own;
-    };
-    return own != 0 && !differs(cell - cells_.stride) && !differs(cell - 1) && !differs(cell + 1) &&
-           !differs(cell + cells_.stride);
+    const std::uint16_t* const here = &o_.of_cell[at(cell)];
+    const auto is_other = [own = *here](std::uint16_t next) { return (next != 0) & (next != own); };
+    return *here != 0 &&
+           !(is_other(here[-cells_.stride]) | is_other(here[-1]) | is_other(here[1]) | is_other(here[cells_.stride]));
   }
 
   /// What the cell's pixels may be on.
