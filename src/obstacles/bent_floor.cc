@@ -182,10 +182,7 @@ class Leveller {
         if (w_.wanted[first + at(column)] != 0 && s_.seen[first + at(column)] != 0) w_.sums.push_back({column, 0, 0.0});
       }
       if (w_.sums.empty()) continue;
-      for (int v = r * cells_.side; v < std::min((r + 1) * cells_.side, rows_.height()); ++v) {
-        const Raw* const raw = rows_.row(v, buffer_).kept;
-        for (BentFloor::Sum& sum : w_.sums) add_pixels(raw, v, sum);
-      }
+      for (int v = r * cells_.side; v < std::min((r + 1) * cells_.side, rows_.height()); ++v) add_row(v);
       for (const BentFloor::Sum& sum : w_.sums) {
         if (sum.count < at(least_pixels(cells_.side))) continue;
         w_.floor[first + at(sum.column)] = static_cast<float>(sum.height_m / sum.count);
@@ -194,17 +191,26 @@ class Leveller {
     }
   }
 
-  void add_pixels(const Raw* raw, int v, BentFloor::Sum& sum) const {
+  /// Adds a row's pixels on the support to the sums of the cells that are wanted.
+  void add_row(int v) {
+    const Raw* const raw = rows_.row(v, buffer_).kept;
     const std::uint8_t* const labels = &segmentation_.labels[at(v) * rows_.width()];
+    const float metres = rows_.view().metres_per_unit();
     const double step = support_.normal.x() / camera_.fx;
     const double base =
         support_.normal.z() + support_.normal.y() * (v - camera_.cy) / camera_.fy - support_.normal.x() * camera_.cx / camera_.fx;
-    const int end = std::min((sum.column + 1) * cells_.side, static_cast<int>(rows_.width()));
-    for (int u = sum.column * cells_.side; u < end; ++u) {
-      if (!carries_[labels[u]] || raw[u] == Raw{0}) continue;
-      const auto z = static_cast<double>(static_cast<float>(raw[u]) * rows_.view().metres_per_unit());
-      sum.height_m += z * (base + step * u) + support_.d;
-      ++sum.count;
+    const double offset = support_.d;
+    for (BentFloor::Sum& sum : w_.sums) {
+      const int end = std::min((sum.column + 1) * cells_.side, static_cast<int>(rows_.width()));
+      double height_m = sum.height_m;
+      std::uint32_t count = sum.count;
+      for (int u = sum.column * cells_.side; u < end; ++u) {
+        if (!carries_[labels[u]] || raw[u] == Raw{0}) continue;
+        height_m += static_cast<double>(static_cast<float>(raw[u]) * metres) * (base + step * u) + offset;
+        ++count;
+      }
+      sum.height_m = height_m;
+      sum.count = count;
     }
   }
 
