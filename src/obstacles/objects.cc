@@ -123,11 +123,15 @@ class Linker {
     for_each_row(o_.cells, [&](const Cell* first, const Cell* last) {
       const int from = first->index;
       const int count = (last - 1)->index - from + 1;
-      cut_wholes(from, count, 1, o_.cuts[0]);
-      cut_wholes(from, count, cells_.stride, o_.cuts[1]);
+      cut_wholes(from, count, 1, o_.wholes[0]);
+      cut_wholes(from, count, cells_.stride, o_.wholes[1]);
       for (const Cell* cell = first; cell != last; ++cell) {
-        end = link(cell->index, 1, o_.cuts[0][at(cell->index - from)], end);
-        end = link(cell->index, cells_.stride, o_.cuts[1][at(cell->index - from)], end);
+        for (std::size_t k = 0; k < 2; ++k) {
+          const int a = cell->index;
+          const int step = k == 0 ? 1 : cells_.stride;
+          const bool whole = o_.wholes[k].is[at(a - from)] != 0;
+          end = whole ? add(a, a + step, o_.wholes[k].cut[at(a - from)], end) : link(a, step, end);
+        }
       }
     });
     o_.links.resize(static_cast<std::size_t>(end - o_.links.data()));
@@ -147,17 +151,20 @@ class Linker {
   static constexpr int kReach = 2;
   static_assert(kReach < CellImage::kBorder);
 
-  /// Whether the surface goes on as far as can be on both sides of a link, as it does nearly everywhere.
-  [[nodiscard]] bool is_whole(int a, int step) const {
-    return (on_[a - 2 * step] & on_[a - step] & on_[a + 2 * step] & on_[a + 3 * step]) != 0;
-  }
-
-  /// What cut() is from each of some cells to the next one where the link is whole; anything elsewhere.
-  void cut_wholes(int from, int count, int step, std::vector<float>& cuts) const {
-    cuts.resize(at(count));
+  /// Finds where the surface goes on as far as can be on both sides of a link, as it does nearly everywhere, and what cut() is
+  /// there: from each of some cells to the next one.
+  void cut_wholes(int from, int count, int step, Objects::Wholes& wholes) const {
+    wholes.is.resize(at(count));
+    wholes.cut.resize(at(count));
+    const std::uint8_t* const on = on_ + from;
+    std::uint8_t* const __restrict is = wholes.is.data();
+    static_assert(kReach == 2);
+    for (int i = 0; i < count; ++i) {
+      is[i] = on[i - 2 * step] & on[i - step] & on[i] & on[i + step] & on[i + 2 * step] & on[i + 3 * step];
+    }
     const float* const a = q_ + from;
     const float* const sigmas = &o_.sigma[at(from)];
-    float* const __restrict out = cuts.data();
+    float* const __restrict out = wholes.cut.data();
     const float lateral = lateral_;
     for (int i = 0; i < count; ++i) {
       const float left = (a[i] - a[i - 2 * step]) / 2.0F;
@@ -178,15 +185,17 @@ class Linker {
   /// A cell that shows neither the surface nor the support: the surface may go on behind it.
   [[nodiscard]] bool is_gap(int cell) const { return on_[cell] == 0 && seen_[cell] == 0 && !cells_.in_border(cell); }
 
-  /// Writes the link from a cell to the next one, if there is one, and returns the end of what is written.
-  Objects::Link* link(int a, int step, float cut_of_whole, Objects::Link* end) const {
+  /// Writes a link of neighbours and returns the end of what is written.
+  Objects::Link* add(int a, int b, float cut, Objects::Link* end) const {
+    if (cut >= 1.0F) o_.core[at(a)] = o_.core[at(b)] = 0;
+    *end = {a, b, cut};
+    return end + 1;
+  }
+
+  /// Likewise the link from a cell to the next one, if there is one.
+  Objects::Link* link(int a, int step, Objects::Link* end) const {
     int b = a + step;
-    if (on_[b] != 0) {
-      const float cut = is_whole(a, step) ? cut_of_whole : cut_between(a, b, step);
-      if (cut >= 1.0F) o_.core[at(a)] = o_.core[at(b)] = 0;
-      *end = {a, b, cut};
-      return end + 1;
-    }
+    if (on_[b] != 0) return add(a, b, cut_between(a, b, step), end);
     if (!is_gap(b)) return end;
     b += step;
     if (on_[b] == 0) return end;

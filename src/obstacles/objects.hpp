@@ -131,7 +131,12 @@ struct Objects {
     std::int32_t b;
     float cut;  ///< How concave or how high a step, in units of what is cut.
   };
-  std::vector<float> cuts[2];  ///< Of one row of cells, to the next cell and to the next row.
+  /// Of one row of cells: links with a surface all around, and how strongly they are cut.
+  struct Wholes {
+    std::vector<std::uint8_t> is;
+    std::vector<float> cut;
+  };
+  Wholes wholes[2];  ///< To the next column and to the next row.
   std::vector<Link> links;
   std::vector<Link> order;  ///< Those between parts, the weakest first.
   std::vector<std::uint8_t> on;
