@@ -33,7 +33,7 @@ class FloorError {
   }
 
  private:
-  /// The sine of the angle at which the ray meets the floor, over the ray's length at depth 1.
+  /// Height per metre of depth along a ray: the sine of the angle at which it meets the floor, times its length at depth 1.
   [[nodiscard]] double slant(const Eigen::Vector3d& point) const {
     return point.z() > 0.0 ? std::abs(normal_.dot(point)) / point.z() : 0.0;
   }
