@@ -51,6 +51,12 @@ Identity identity_of(const fs::path& file) {
   return error ? Identity() : Identity(std::move(path));
 }
 
+/// Names of the process's own open files: it may write what they lead to, whatever the files' modes say now.
+bool names_open_file(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  return file == "/dev/stdout" || file == "/dev/stderr" || folder == "/dev/fd" || folder == "/proc/self/fd";
+}
+
 }  // namespace
 
 bool RunFiles::Identities::contains(const fs::path& file) const {
@@ -83,8 +89,12 @@ void RunFiles::writes(std::string_view option, const fs::path& file) {
   if (file.empty()) throw UsageError(fmt::format("{}: the file name is empty", option));
   const fs::file_status status = status_of(option, file);
   if (fs::is_directory(status)) throw Failure(fmt::format("{}: '{}' is a folder", option, file.string()));
-  if (fs::exists(status) && !writable(file)) throw Failure(fmt::format("{}: '{}' is not writable", option, file.string()));
-  const bool in_place = fs::exists(status) && !fs::is_regular_file(status);  // devices and pipes need no temporary
+  const bool is_open = names_open_file(file);
+  if (fs::exists(status) && !is_open && !writable(file)) {
+    throw Failure(fmt::format("{}: '{}' is not writable", option, file.string()));
+  }
+  // Devices, pipes and what is open already need no temporary.
+  const bool in_place = is_open || (fs::exists(status) && !fs::is_regular_file(status));
   if (!in_place && !new_folders_.contains(file.parent_path())) check_parent(option, file);
   if (read_.contains(file)) throw UsageError(fmt::format("{}: '{}' is part of the input", option, file.string()));
   if (written_.contains(file)) throw UsageError(fmt::format("{}: '{}' would be written twice", option, file.string()));

@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "errors.hpp"
+#include "fransac/io/file.hpp"
 #include "output.hpp"
 #include "results.hpp"
+#include "run_files.hpp"
 #include "timing.hpp"
 
 namespace fransac::bench {
@@ -185,7 +187,7 @@ void run_suite(const Command& command, const Party& party, const std::string& su
 }
 
 void run(Command& command) {
-  if (!command.json.empty() && command.json != "-") cli::check_output_file("--json", command.json);
+  cli::RunFiles().writes_document("--json", command.json);
   if (!command.timing.overlays.empty()) std::filesystem::create_directories(command.timing.overlays);
   if (command.datasets.empty()) {
     command.chosen_datasets = false;
@@ -198,7 +200,14 @@ void run(Command& command) {
   command.setting.versions.insert(party.versions.begin(), party.versions.end());
   std::vector<Row> rows;
   for (const std::string& suite : command.suites) run_suite(command, party, suite, rows);
-  if (!command.json.empty()) cli::write_text(command.json, cli::to_text(to_json(command.setting, rows), 1));
+  if (!command.json.empty()) {
+    const std::string text = cli::to_text(to_json(command.setting, rows), 1);
+    if (command.json == "-") {
+      cli::write_stdout(text);
+    } else if (Status status = io::write_file(command.json, std::string_view(text)); !status) {
+      throw cli::Failure(status.error().message);
+    }
+  }
   if (command.json != "-") cli::write_stdout(table_text(command.setting, rows));
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 namespace fransac::obstacles {
 namespace {
@@ -42,6 +44,7 @@ class Leveller {
         w_(work),
         s_(sides),
         cells_(sides.cells),
+        any_(above ? sides.any_above : sides.any_below),
         count_(above ? sides.above : sides.below),
         q_(above ? sides.q : sides.q_below),
         sign_(above ? 1.0 : -1.0) {
@@ -49,16 +52,15 @@ class Leveller {
   }
 
   void run() {
-    if (!find_low()) return;
+    find_low();
+    if (w_.low.empty()) return;
     keep_feet();
-    if (!want_floor()) return;
+    want_floor();
     measure_floor();
-    for (int r = 0; r < cells_.rows; ++r) {
-      for (int i = cells_.index(r, 0); i < cells_.index(r, cells_.columns); ++i) {
-        if (w_.kind[at(i)] != kLow) continue;
-        find_group(i);
-        level_group();
-      }
+    for (const Cell& cell : w_.low) {
+      if (w_.kind[at(cell.index)] != kLow) continue;
+      find_group(cell.index);
+      level_group();
     }
   }
 
@@ -71,37 +73,32 @@ class Leveller {
   static constexpr std::uint8_t kGrouped = 4;
   static constexpr std::uint8_t kJoined = 5;
 
-  [[nodiscard]] Eigen::Vector3d point(int cell) const {
-    const double side = cells_.side;
-    const double u = (cells_.column(cell) + 0.5) * side - 0.5;
-    const double v = (cells_.row(cell) + 0.5) * side - 0.5;
-    const double z = 1.0 / static_cast<double>(q_[at(cell)]);
-    return {z * (u - camera_.cx) / camera_.fx, z * (v - camera_.cy) / camera_.fy, z};
+  [[nodiscard]] Eigen::Vector3d point(const Cell& cell) const {
+    const double z = 1.0 / static_cast<double>(q_[at(cell.index)]);
+    return {z * s_.ray_x[at(cell.column)], z * s_.ray_y[at(cell.row)], z};
   }
+  [[nodiscard]] Eigen::Vector3d point(int cell) const { return point({cell, cells_.row(cell), cells_.column(cell)}); }
 
   /// What may be floor where it joins it.
   [[nodiscard]] double limit_m(const Eigen::Vector3d& point) const {
     return error_.most_m(point) * (error_.is_grazing(point) ? kGrazingErrors : 1.0);
   }
 
-  /// Cells that may be floor; false without any.
-  bool find_low() {
+  /// Cells that may be floor.
+  void find_low() {
     w_.kind.assign(cells_.size(), kNone);
     w_.height.resize(cells_.size());
-    bool any = false;
+    w_.low.clear();
     const int least = least_pixels(cells_.side);
-    for (int r = 0; r < cells_.rows; ++r) {
-      for (int i = cells_.index(r, 0); i < cells_.index(r, cells_.columns); ++i) {
-        if (count_[at(i)] < least) continue;
-        const Eigen::Vector3d p = point(i);
-        const double height = support_.signed_distance(p);
-        w_.height[at(i)] = static_cast<float>(height);
-        const bool low = std::abs(height) <= limit_m(p);
-        w_.kind[at(i)] = low ? kLow : kHigh;
-        any |= low;
-      }
+    for (const Cell& cell : any_) {
+      if (count_[at(cell.index)] < least) continue;
+      const Eigen::Vector3d p = point(cell);
+      const double height = support_.signed_distance(p);
+      w_.height[at(cell.index)] = static_cast<float>(height);
+      const bool low = std::abs(height) <= limit_m(p);
+      w_.kind[at(cell.index)] = low ? kLow : kHigh;
+      if (low) w_.low.push_back(cell);
     }
-    return any;
   }
 
   /// How many cells what is upright takes to rise above what may be floor.
@@ -121,23 +118,31 @@ class Leveller {
     return slant * std::abs(p.z() - point(cell).z()) <= slant * kSteepest * per_cell + sigmas_ * error_.pixel_m(p);
   }
 
+  [[nodiscard]] std::array<int, 4> beside(int cell) const {
+    return {cell - cells_.stride, cell - 1, cell + 1, cell + cells_.stride};
+  }
+
   /// What is high has feet, which are as low as a floor.
   void keep_feet() {
     w_.queue.clear();
-    w_.steps.assign(cells_.size(), 0);
-    for (int r = 0; r < cells_.rows; ++r) {
-      for (int i = cells_.index(r, 0); i < cells_.index(r, cells_.columns); ++i) {
-        if (w_.kind[at(i)] == kHigh && is_strong(i)) w_.queue.push_back(i);
-      }
+    w_.steps.resize(cells_.size());
+    const auto add = [&](int cell, int steps) {
+      w_.kind[at(cell)] = kFoot;
+      w_.steps[at(cell)] = static_cast<std::uint16_t>(steps);
+      w_.queue.push_back(cell);
+    };
+    for (const Cell& cell : w_.low) {
+      const auto is_under = [&](int high) {
+        return w_.kind[at(high)] == kHigh && is_strong(high) && stands_under(cell.index, high);
+      };
+      const std::array<int, 4> next = beside(cell.index);
+      if (std::any_of(next.begin(), next.end(), is_under)) add(cell.index, 1);
     }
     for (std::size_t head = 0; head < w_.queue.size(); ++head) {
       const int cell = w_.queue[head];
       const int steps = w_.steps[at(cell)] + 1;
-      for (const int next : {cell - cells_.stride, cell - 1, cell + 1, cell + cells_.stride}) {
-        if (w_.kind[at(next)] != kLow || steps > foot(next) || !stands_under(next, cell)) continue;
-        w_.kind[at(next)] = kFoot;
-        w_.steps[at(next)] = static_cast<std::uint16_t>(steps);
-        w_.queue.push_back(next);
+      for (const int next : beside(cell)) {
+        if (w_.kind[at(next)] == kLow && steps <= foot(next) && stands_under(next, cell)) add(next, steps);
       }
     }
   }
@@ -152,60 +157,60 @@ class Leveller {
     return high >= kFewest;
   }
 
-  bool want_floor() {
+  void want_floor() {
     w_.wanted.assign(cells_.size(), 0);
-    bool any = false;
-    for (int r = 0; r < cells_.rows; ++r) {
-      for (int i = cells_.index(r, 0); i < cells_.index(r, cells_.columns); ++i) {
-        if (w_.kind[at(i)] != kLow) continue;
-        any = true;
-        for (int row = -kAround; row <= kAround; ++row) {
-          const auto first = w_.wanted.begin() + i + row * cells_.stride - kAround;
-          std::fill(first, first + 2 * kAround + 1, std::uint8_t{1});
-        }
+    w_.rows.assign(at(cells_.rows + 2 * CellImage::kBorder), 0);
+    for (const Cell& cell : w_.low) {
+      if (w_.kind[at(cell.index)] != kLow) continue;
+      for (int row = -kAround; row <= kAround; ++row) {
+        std::uint8_t* const first = &w_.wanted[at(cell.index + row * cells_.stride - kAround)];
+        std::fill_n(first, 2 * kAround + 1, std::uint8_t{1});
       }
+      std::fill_n(&w_.rows[at(cell.row + CellImage::kBorder - kAround)], 2 * kAround + 1, std::uint8_t{1});
     }
-    return any;
   }
 
   /// The mean height of the pixels on the support in each cell that is wanted.
   void measure_floor() {
-    w_.floor.assign(cells_.size(), 0.0F);
-    w_.is_floor.assign(cells_.size(), 0);
+    w_.floor.assign(cells_.size() + 1, 0.0F);
+    w_.is_floor.assign(cells_.size() + 1, 0);
     for (int r = 0; r < cells_.rows; ++r) {
+      if (w_.rows[at(r + CellImage::kBorder)] == 0) continue;
       const std::size_t first = at(cells_.index(r, 0));
-      const auto is_wanted = [&](int column) { return w_.wanted[first + at(column)] != 0 && s_.seen[first + at(column)] != 0; };
-      bool any = false;
-      for (int column = 0; column < cells_.columns; ++column) any |= is_wanted(column);
-      if (!any) continue;
-      w_.sums.assign(at(cells_.columns), 0.0);
-      w_.counts.assign(at(cells_.columns), 0);
-      for (int v = r * cells_.side; v < std::min((r + 1) * cells_.side, rows_.height()); ++v) {
-        const Raw* const raw = rows_.row(v, buffer_).kept;
-        const std::uint8_t* const labels = &segmentation_.labels[at(v) * rows_.width()];
-        for (int column = 0; column < cells_.columns; ++column) {
-          if (is_wanted(column)) add_pixels(raw, labels, v, column);
-        }
-      }
+      w_.sums.clear();
       for (int column = 0; column < cells_.columns; ++column) {
-        const std::uint32_t count = w_.counts[at(column)];
-        if (count < at(least_pixels(cells_.side))) continue;
-        w_.floor[first + at(column)] = static_cast<float>(w_.sums[at(column)] / count);
-        w_.is_floor[first + at(column)] = 1;
+        if (w_.wanted[first + at(column)] != 0 && s_.seen[first + at(column)] != 0) w_.sums.push_back({column, 0, 0.0});
+      }
+      if (w_.sums.empty()) continue;
+      for (int v = r * cells_.side; v < std::min((r + 1) * cells_.side, rows_.height()); ++v) add_row(v);
+      for (const BentFloor::Sum& sum : w_.sums) {
+        if (sum.count < at(least_pixels(cells_.side))) continue;
+        w_.floor[first + at(sum.column)] = static_cast<float>(sum.height_m / sum.count);
+        w_.is_floor[first + at(sum.column)] = 1;
       }
     }
   }
 
-  void add_pixels(const Raw* raw, const std::uint8_t* labels, int v, int column) {
+  /// Adds a row's pixels on the support to the sums of the cells that are wanted.
+  void add_row(int v) {
+    const Raw* const raw = rows_.row(v, buffer_).kept;
+    const std::uint8_t* const labels = &segmentation_.labels[at(v) * rows_.width()];
+    const float metres = rows_.view().metres_per_unit();
     const double step = support_.normal.x() / camera_.fx;
     const double base =
         support_.normal.z() + support_.normal.y() * (v - camera_.cy) / camera_.fy - support_.normal.x() * camera_.cx / camera_.fx;
-    const int end = std::min((column + 1) * cells_.side, static_cast<int>(rows_.width()));
-    for (int u = column * cells_.side; u < end; ++u) {
-      if (!carries_[labels[u]] || raw[u] == Raw{0}) continue;
-      const auto z = static_cast<double>(static_cast<float>(raw[u]) * rows_.view().metres_per_unit());
-      w_.sums[at(column)] += z * (base + step * u) + support_.d;
-      ++w_.counts[at(column)];
+    const double offset = support_.d;
+    for (BentFloor::Sum& sum : w_.sums) {
+      const int end = std::min((sum.column + 1) * cells_.side, static_cast<int>(rows_.width()));
+      double height_m = sum.height_m;
+      std::uint32_t count = sum.count;
+      for (int u = sum.column * cells_.side; u < end; ++u) {
+        if (!carries_[labels[u]] || raw[u] == Raw{0}) continue;
+        height_m += static_cast<double>(static_cast<float>(raw[u]) * metres) * (base + step * u) + offset;
+        ++count;
+      }
+      sum.height_m = height_m;
+      sum.count = count;
     }
   }
 
@@ -215,7 +220,7 @@ class Leveller {
     w_.kind[at(start)] = kGrouped;
     for (std::size_t head = 0; head < w_.group.size(); ++head) {
       const int cell = w_.group[head];
-      for (const int next : {cell - cells_.stride, cell - 1, cell + 1, cell + cells_.stride}) {
+      for (const int next : beside(cell)) {
         if (w_.kind[at(next)] != kLow) continue;
         w_.kind[at(next)] = kGrouped;
         w_.group.push_back(next);
@@ -226,33 +231,46 @@ class Leveller {
   /// Whether what is certainly no floor begins beside a group.
   [[nodiscard]] bool touches_kept() const {
     return std::any_of(w_.group.begin(), w_.group.end(), [&](std::int32_t cell) {
-      const auto is_kept = [&](int next) { return w_.kind[at(next)] == kHigh || w_.kind[at(next)] == kFoot; };
-      return is_kept(cell - cells_.stride) || is_kept(cell - 1) || is_kept(cell + 1) || is_kept(cell + cells_.stride);
+      const std::array<int, 4> next = beside(cell);
+      return std::any_of(next.begin(), next.end(), [&](int i) { return w_.kind[at(i)] == kHigh || w_.kind[at(i)] == kFoot; });
     });
   }
 
   /// The mean height of the floor about a cell; not a number where none is seen.
   [[nodiscard]] double floor_about(int cell) const {
-    double sum = 0.0;
-    double count = 0.0;
+    constexpr int kColumns = 2 * kAround + 2;  // one too many: a whole vector
+    std::array<float, kColumns> sums{};
+    std::array<std::uint8_t, kColumns> counts{};
     for (int row = -kAround; row <= kAround; ++row) {
-      for (int i = cell + row * cells_.stride - kAround; i <= cell + row * cells_.stride + kAround; ++i) {
-        const double weight = w_.is_floor[at(i)];
-        sum += weight * static_cast<double>(w_.floor[at(i)]);
-        count += weight;
-      }
+      const std::size_t first = at(cell + row * cells_.stride - kAround);
+      for (std::size_t k = 0; k < kColumns; ++k) sums[k] += w_.floor[first + k];
+      for (std::size_t k = 0; k < kColumns; ++k) counts[k] = static_cast<std::uint8_t>(counts[k] + w_.is_floor[first + k]);
     }
-    return sum / count;
+    const float sum = std::accumulate(sums.begin(), sums.end() - 1, 0.0F);
+    return static_cast<double>(sum) / std::accumulate(counts.begin(), counts.end() - 1, 0);
   }
 
   /// Least steps that are none, as a share of a pixel's noise. Drops are much deeper than low boxes are high.
   [[nodiscard]] double step_noise(bool grazing) const { return grazing || sign_ < 0.0 ? 1.0 : kOfCell; }
 
+  /// The highest step above the floor about a cell that is none, metres. `shared` is the part of the slow noise's square that a
+  /// group's mean has.
+  [[nodiscard]] double most_step_m(int cell, double shared) const {
+    const Eigen::Vector3d p = point(cell);
+    const bool grazing = error_.is_grazing(p);
+    if (grazing && static_cast<double>(std::abs(w_.height[at(cell)])) <= error_.most_m(p)) {
+      return std::numeric_limits<double>::infinity();
+    }
+    return sigmas_ * step_noise(grazing) * std::hypot(error_.pixel_m(p), std::sqrt(shared) * error_.slow_m(p));
+  }
+
   /// Lets the floor spread over a group, and takes it out if most of it is floor then.
   void level_group() {
     const auto size = static_cast<double>(w_.group.size());
-    const double shared = std::min(1.0, kSlowCells / size);  // of the slow noise, of a group's mean
+    const double shared = std::min(1.0, kSlowCells / size);
     std::sort(w_.group.begin(), w_.group.end());
+    w_.most.resize(cells_.size());
+    for (const std::int32_t cell : w_.group) w_.most[at(cell)] = most_step_m(cell, shared);
     std::size_t joined = 0;
     bool met = false;
     constexpr int kRounds = 16;
@@ -263,12 +281,7 @@ class Leveller {
         const double floor = floor_about(cell);
         if (std::isnan(floor)) continue;
         met = true;
-        const Eigen::Vector3d p = point(cell);
-        const double noise = std::hypot(error_.pixel_m(p), std::sqrt(shared) * error_.slow_m(p));
-        const auto height = static_cast<double>(w_.height[at(cell)]);
-        const bool grazing = error_.is_grazing(p);
-        const bool certain = grazing && std::abs(height) <= error_.most_m(p);
-        if (!certain && sign_ * (height - floor) > sigmas_ * step_noise(grazing) * noise) continue;
+        if (sign_ * (static_cast<double>(w_.height[at(cell)]) - floor) > w_.most[at(cell)]) continue;
         w_.kind[at(cell)] = kJoined;
         w_.floor[at(cell)] = w_.height[at(cell)];
         w_.is_floor[at(cell)] = 1;
@@ -280,7 +293,10 @@ class Leveller {
     // Where no floor is near, nothing tells it from one.
     const bool is_floor = (!met && !touches_kept()) || static_cast<double>(joined) >= kMostOfGroup * size;
     for (const std::int32_t cell : w_.group) {
-      if (w_.kind[at(cell)] == kJoined && !is_floor) w_.is_floor[at(cell)] = 0;
+      if (w_.kind[at(cell)] == kJoined && !is_floor) {
+        w_.floor[at(cell)] = 0.0F;
+        w_.is_floor[at(cell)] = 0;
+      }
       if (!is_floor || (met && w_.kind[at(cell)] != kJoined)) continue;
       count_[at(cell)] = 0;
       q_[at(cell)] = 0.0F;
@@ -298,6 +314,7 @@ class Leveller {
   BentFloor& w_;
   Sides& s_;
   const CellImage& cells_;
+  const std::vector<Cell>& any_;
   std::vector<std::uint16_t>& count_;
   std::vector<float>& q_;
   double sign_;
@@ -311,7 +328,8 @@ void remove_bent_floor(const DepthRows<Raw>& rows, const Segmentation& segmentat
                        const Plane& support, const FloorError& error, double sigmas, DepthRowBuffer& buffer, BentFloor& work,
                        Sides& sides) {
   Leveller<Raw>(rows, segmentation, carriers, support, error, sigmas, buffer, work, sides, true).run();
-  if (sides.any_below) Leveller<Raw>(rows, segmentation, carriers, support, error, sigmas, buffer, work, sides, false).run();
+  if (!sides.any_below.empty())
+    Leveller<Raw>(rows, segmentation, carriers, support, error, sigmas, buffer, work, sides, false).run();
 }
 
 template void remove_bent_floor(const DepthRows<std::uint16_t>&, const Segmentation&, const std::vector<int>&, const Plane&,

@@ -14,8 +14,14 @@ namespace fransac::obstacles {
 struct Drops {
   int count = 0;
   std::vector<std::uint16_t> of_cell;  ///< Per cell: 0, or the drop from 1.
-  std::vector<std::int32_t> cells;     ///< Those of drops.
+  std::vector<Cell> cells;             ///< Those of drops, in the image's order.
   std::vector<std::int32_t> queue;
+  /// Of one row of cells: those with pixels of drops.
+  struct Piece {
+    int first_u;
+    std::uint16_t id;
+  };
+  std::vector<Piece> pieces;
 };
 /// Of cells that are below but of no drop, while drops are looked for.
 inline constexpr std::uint16_t kNoDrop = 0xFFFF;
@@ -25,7 +31,7 @@ void find_drops(const Sides& sides, const Camera& camera, const ObstacleOptions&
 
 /// Writes what `of_cell` says to each drop's pixels, and adds those up.
 template <class Raw>
-void label_drops(const DepthRows<Raw>& rows, const Sides& sides, DepthRowBuffer& buffer, const Drops& drops,
+void label_drops(const DepthRows<Raw>& rows, const Sides& sides, DepthRowBuffer& buffer, Drops& drops,
                  std::vector<PixelSums>& sums, std::vector<std::uint16_t>& labels);
 
 }  // namespace fransac::obstacles

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "fransac/core/sensor.hpp"
 #include "fransac/planes/segment.hpp"
@@ -32,12 +33,18 @@ class FloorError {
   }
 
  private:
-  [[nodiscard]] double slant(const Eigen::Vector3d& point) const;
+  /// Height per metre of depth along a ray: the sine of the angle at which it meets the floor, times its length at depth 1.
+  [[nodiscard]] double slant(const Eigen::Vector3d& point) const {
+    return point.z() > 0.0 ? std::abs(normal_.dot(point)) / point.z() : 0.0;
+  }
 
   Eigen::Vector3d normal_;
   Eigen::Matrix4d covariance_;
   DepthNoise pixel_;
   DepthNoise slow_;
+  double constant_ = 0.0;  ///< Squares of the terms of both noises, added up.
+  double linear_ = 0.0;
+  double quadratic_ = 0.0;
   double bias_m_;
   double sigmas_;
   Eigen::Vector3d middle_;

@@ -75,14 +75,27 @@ Rectangle along(const Points& points, const Eigen::Vector2d& direction) {
 void Footprint::add(const Eigen::Vector2d& point) {
   static const Reaches kCosines = Reaches::LinSpaced(0.0, std::numbers::pi * (kDirections - 1) / kDirections).cos();
   static const Reaches kSines = Reaches::LinSpaced(0.0, std::numbers::pi * (kDirections - 1) / kDirections).sin();
+  static const Rough kRoughCosines = kCosines.cast<float>();
+  static const Rough kRoughSines = kSines.cast<float>();
+  const Eigen::Vector2f rough = point.cast<float>();
+  const Rough about = rough.x() * kRoughCosines + rough.y() * kRoughSines;
+  if ((about - inner_most_).max(inner_least_ - about).maxCoeff() < 0.0F) return;  // most are within what was seen before
   const Reaches reach = point.x() * kCosines + point.y() * kSines;
-  if (!(reach > most_).any() && !(reach < least_).any()) return;  // most are within what was seen before
+  size_ = std::max(size_, point.lpNorm<1>());
+  constexpr double kRounding = 0x1p-20;  // several times that of what is computed in floats
+  const double rounding = kRounding * size_;
   for (Eigen::Index k = 0; k < kDirections; ++k) {
-    if (reach[k] > most_[k]) extremes_[static_cast<std::size_t>(2 * k)] = point;
-    if (reach[k] < least_[k]) extremes_[static_cast<std::size_t>(2 * k + 1)] = point;
+    if (reach[k] > most_[k]) {
+      most_[k] = reach[k];
+      inner_most_[k] = static_cast<float>(reach[k] - rounding);
+      extremes_[static_cast<std::size_t>(2 * k)] = point;
+    }
+    if (reach[k] < least_[k]) {
+      least_[k] = reach[k];
+      inner_least_[k] = static_cast<float>(reach[k] + rounding);
+      extremes_[static_cast<std::size_t>(2 * k + 1)] = point;
+    }
   }
-  most_ = most_.max(reach);
-  least_ = least_.min(reach);
 }
 
 /// One side of the least rectangle lies on a side of the hull (Freeman and Shapira, "Determining the minimum-area encasing

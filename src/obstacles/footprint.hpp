@@ -30,9 +30,14 @@ class Footprint {
 
  private:
   using Reaches = Eigen::Array<double, kDirections, 1>;
+  using Rough = Eigen::Array<float, kDirections, 1>;
 
   Reaches most_ = Reaches::Constant(-std::numeric_limits<double>::infinity());
   Reaches least_ = Reaches::Constant(std::numeric_limits<double>::infinity());
+  // What floats say is within these is within those.
+  double size_ = 0.0;  ///< Of the points' coordinates.
+  Rough inner_most_ = Rough::Constant(-std::numeric_limits<float>::infinity());
+  Rough inner_least_ = Rough::Constant(std::numeric_limits<float>::infinity());
   std::array<Eigen::Vector2d, kExtremes> extremes_;  ///< Where they were seen, the most and the least of a direction in turn.
 };
 

@@ -37,21 +37,44 @@ struct CellImage {
   }
 };
 
+/// A cell, and where it is.
+struct Cell {
+  std::int32_t index;
+  std::int32_t row;
+  std::int32_t column;
+};
+
+/// Calls function(begin, end) for each row of cells that has any of a list in the image's order.
+template <class Function>
+void for_each_row(const std::vector<Cell>& cells, Function&& function) {
+  const Cell* const end = cells.data() + cells.size();
+  for (const Cell* first = cells.data(); first != end;) {
+    const Cell* last = first + 1;
+    while (last != end && last->row == first->row) ++last;
+    function(first, last);
+    first = last;
+  }
+}
+
 /// The scene against its support.
 struct Sides {
   CellImage cells;
+  std::vector<double> ray_x;  ///< Through the middles of columns and of rows of cells, at depth 1.
+  std::vector<double> ray_y;
   std::size_t stride = 0;            ///< Of `pixels`: whole groups of a kernel.
   std::vector<std::uint8_t> pixels;  ///< kernels::kAbove, kBelow, or 0.
-  std::vector<std::uint8_t> seen;    ///< Per cell: whether any of its pixels is on the support.
+  std::vector<std::uint8_t> seen;    ///< Per cell: 0, or any of its pixels is on the support.
   // Per cell: how many of its pixels are where, and their mean inverse depth; 0 without any.
   std::vector<std::uint16_t> above;
   std::vector<std::uint16_t> below;
-  std::vector<float> q;        ///< Of those above.
-  std::vector<float> q_below;  ///< Of those below.
-  bool any_below = false;
+  std::vector<float> q;         ///< Of those above.
+  std::vector<float> q_below;   ///< Of those below.
+  std::vector<Cell> any_above;  ///< Cells with pixels above, and
+  std::vector<Cell> any_below;  ///< below, in the image's order.
   // Of one row of cells, as the kernel wants them.
   std::vector<std::uint8_t> kinds;
   std::vector<std::uint8_t> all_kinds;
+  std::vector<std::uint8_t> seen_quads;
   std::vector<std::uint16_t> quads[2];
   std::vector<float> depths[2];
 };
@@ -100,7 +123,7 @@ struct PixelSums {
 struct Objects {
   int count = 0;
   std::vector<std::uint16_t> of_cell;   ///< Per cell: 0, or the object from 1.
-  std::vector<std::int32_t> cells;      ///< Those with enough pixels above, in the image's order.
+  std::vector<Cell> cells;              ///< Those with enough pixels above, in the image's order.
   std::vector<std::uint32_t> on_plane;  ///< Per id and label of a plane, 0 for none: pixels.
 
   struct Link {
@@ -108,20 +131,22 @@ struct Objects {
     std::int32_t b;
     float cut;  ///< How concave or how high a step, in units of what is cut.
   };
+  /// Of one row of cells: links with a surface all around, and how strongly they are cut.
+  struct Wholes {
+    std::vector<std::uint8_t> is;
+    std::vector<float> cut;
+  };
+  Wholes wholes[2];  ///< To the next column and to the next row.
   std::vector<Link> links;
-  std::vector<Link> order;
+  std::vector<Link> order;  ///< Those between parts, the weakest first.
   std::vector<std::uint8_t> on;
   std::vector<std::uint8_t> core;
   std::vector<std::uint8_t> seed;
   std::vector<float> sigma;  ///< Of inverse depth, per cell.
   std::vector<std::int32_t> parent;
   std::vector<std::int32_t> size;
-  // Of one row of cells: those that are of one object, and the others.
-  struct Single {
-    std::int32_t cell;
-    std::int32_t first_u;
-  };
-  std::vector<Single> singles;
+  // Of one row of cells: the objects of cells that have one only, per column of pixels, and the other cells.
+  std::vector<std::uint16_t> singles;
   std::vector<Choice> choices;
 };
 
@@ -135,7 +160,8 @@ void find_sides(const DepthRows<Raw>& rows, const Segmentation& segmentation, co
 void find_objects(const Sides& sides, const Camera& camera, const DepthNoise& noise, const ObstacleOptions& options,
                   Objects& objects);
 
-/// Writes what `of_cell` says, an id of an obstacle, to each object's pixels, and adds those up. `sums` has an element per id.
+/// Writes what `of_cell` says, an id of an obstacle, to each object's pixels and 0 to all others, and adds those up. `sums` has
+/// an element per id.
 template <class Raw>
 void label_objects(const DepthRows<Raw>& rows, const Segmentation& segmentation, const Sides& sides, DepthRowBuffer& buffer,
                    Objects& objects, std::vector<PixelSums>& sums, std::vector<std::uint16_t>& labels);

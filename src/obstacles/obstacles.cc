@@ -69,23 +69,25 @@ DepthNoise noise_of(const Segmentation& segmentation) {
 class Describer {
  public:
   Describer(const Camera& camera, const Segmentation& segmentation, const ObstacleOptions& options, Impl& work, Obstacles& result)
-      : camera_(camera), segmentation_(segmentation), options_(options), w_(work), r_(result) {}
+      : camera_(camera),
+        segmentation_(segmentation),
+        options_(options),
+        w_(work),
+        r_(result),
+        cell_per_z_(work.sides.cells.side / std::min(camera.fx, camera.fy)) {}
 
   /// Where everything is, from the cells.
   void measure() {
     w_.extents.assign(at(w_.objects.count + w_.drops.count) + 1, {});
-    const obstacles::CellImage& cells = w_.sides.cells;
-    for (int r = 0; r < cells.rows; ++r) {
-      for (int c = 0; c < cells.columns; ++c) {
-        const std::size_t cell = at(cells.index(r, c));
-        if (const std::uint16_t number = w_.objects.of_cell[cell]; number != 0) {
-          const float q = w_.sides.q[cell];
-          add(ray(r, c), q, w_.objects.sigma[cell] / (q * q), w_.extents[number]);
-        }
-        if (const std::uint16_t number = w_.drops.of_cell[cell]; number != 0) {
-          add(ray(r, c), w_.sides.q_below[cell], 0.0F, w_.extents[at(w_.objects.count) + number]);
-        }
-      }
+    for (const obstacles::Cell& cell : w_.objects.cells) {
+      const std::uint16_t number = w_.objects.of_cell[at(cell.index)];
+      if (number == 0) continue;
+      const float q = w_.sides.q[at(cell.index)];
+      add(cell, q, w_.objects.sigma[at(cell.index)] / (q * q), w_.extents[number]);
+    }
+    for (const obstacles::Cell& cell : w_.drops.cells) {
+      const std::size_t number = at(w_.objects.count) + w_.drops.of_cell[at(cell.index)];
+      add(cell, w_.sides.q_below[at(cell.index)], 0.0F, w_.extents[number]);
     }
     // Nearest first.
     w_.order.resize(w_.extents.size() - 1);
@@ -95,9 +97,11 @@ class Describer {
     });
     w_.ids.assign(w_.extents.size(), 0);
     for (std::size_t i = 0; i < w_.order.size(); ++i) w_.ids[w_.order[i]] = static_cast<std::uint16_t>(i + 1);
-    for (const std::int32_t cell : w_.objects.cells) w_.objects.of_cell[at(cell)] = w_.ids[w_.objects.of_cell[at(cell)]];
-    for (const std::int32_t cell : w_.drops.cells) {
-      w_.drops.of_cell[at(cell)] = w_.ids[at(w_.objects.count) + w_.drops.of_cell[at(cell)]];
+    for (const obstacles::Cell& cell : w_.objects.cells) {
+      w_.objects.of_cell[at(cell.index)] = w_.ids[w_.objects.of_cell[at(cell.index)]];
+    }
+    for (const obstacles::Cell& cell : w_.drops.cells) {
+      w_.drops.of_cell[at(cell.index)] = w_.ids[at(w_.objects.count) + w_.drops.of_cell[at(cell.index)]];
     }
   }
 
@@ -127,25 +131,19 @@ class Describer {
   }
 
  private:
-  /// Through the middle of a cell.
-  [[nodiscard]] Eigen::Vector3d ray(int row, int column) const {
-    const int side = w_.sides.cells.side;
-    const double u = (column + 0.5) * side - 0.5;
-    const double v = (row + 0.5) * side - 0.5;
-    return {(u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy, 1.0};
-  }
-
-  void add(const Eigen::Vector3d& ray, float q, float sigma_m, Impl::Extent& extent) const {
+  void add(const obstacles::Cell& cell, float q, float sigma_m, Impl::Extent& extent) const {
+    const Eigen::Vector3d ray(w_.sides.ray_x[at(cell.column)], w_.sides.ray_y[at(cell.row)], 1.0);
     const double z = 1.0 / static_cast<double>(q);
     const Eigen::Vector3d point = r_.ground.from_camera(z * ray);
     extent.footprint.add(point.head<2>());
     extent.low = std::min(extent.low, point.z());
     extent.high = std::max(extent.high, point.z());
-    extent.nearest = std::min(extent.nearest, z * ray.norm());
+    if (z < extent.nearest) extent.nearest = std::min(extent.nearest, z * ray.norm());
+    if (extent.contact) return;
     // A cell that stands on the support is half a cell above it, and what is noise there.
-    const double reach = w_.sides.cells.side * z / std::min(camera_.fx, camera_.fy) + options_.least_height_m +
+    const double reach = z * cell_per_z_ + options_.least_height_m +
                          options_.height_sigmas * static_cast<double>(sigma_m) * std::abs(r_.support_plane.normal.dot(ray));
-    extent.contact = extent.contact || point.z() <= reach;
+    extent.contact = point.z() <= reach;
   }
 
   [[nodiscard]] Eigen::Vector3d centroid(const obstacles::PixelSums& sums) const {
@@ -159,6 +157,7 @@ class Describer {
   const ObstacleOptions& options_;
   Impl& w_;
   Obstacles& r_;
+  double cell_per_z_;  ///< Size of a cell at depth 1, metres.
 };
 
 /// All pixels of a sliver can be nearer to its neighbours' surfaces: it is none then.
@@ -227,13 +226,18 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
   if (Status status = obstacles::check_sizes(depth, camera, segmentation); !status) return status;
   result.width = depth.width();
   result.height = depth.height();
-  result.labels.assign(depth.size(), 0);
   obstacles::choose_support(segmentation, options, noise_of(segmentation), result.support);
-  if (!result.support.empty()) {
+  if (result.support.empty()) {
+    result.labels.assign(depth.size(), 0);
+  } else {
     result.support_plane = segmentation.planes[at(result.support.front() - 1)].plane;
     result.ground = ground_frame(result.support_plane);
     DepthView view;
-    if (Status status = obstacles::as_segmented(depth, segmentation, workspace.impl().corrected, view); !status) return status;
+    if (Status status = obstacles::as_segmented(depth, segmentation, workspace.impl().corrected, view); !status) {
+      clear(result);
+      return status;
+    }
+    result.labels.resize(depth.size());
     with_raw_type(depth.format(),
                   [&](auto raw) { find<decltype(raw)>(view, camera, segmentation, options, limits, workspace.impl(), result); });
   }

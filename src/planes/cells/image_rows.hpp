@@ -19,7 +19,7 @@ struct ImageRowsBuffers {
   AlignedVector<std::uint16_t> units;
   AlignedVector<float> metres;
   std::vector<const void*> rows;
-  std::vector<DepthRowBuffer> work;  ///< One per row of cells.
+  std::vector<DepthRowBuffer> work;  ///< One per task.
 
   template <class Raw>
   AlignedVector<Raw>& values() {

@@ -110,7 +110,7 @@ class Merger {
     return difference(grid_.q) - 0.5 * ((a.du + b.du) * difference(grid_.u) + (a.dv + b.dv) * difference(grid_.v));
   }
 
-  /// Whether a step runs along a border: its mean jump is more than slow noise and bias make. One or two pairs say nothing.
+  /// Whether a step runs along a border: its mean jump is more than slow noise and bias make. A few pairs say nothing.
   [[nodiscard]] bool is_step(const Border& border) const {
     constexpr int kFewest = 6;
     if (border.length < kFewest || border.smooth > 0.5 * border.length) return false;
@@ -425,9 +425,7 @@ void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regio
 void judge_regions(const Grid& grid, double min_confidence, const ReassignBuffers& reassigned, JudgeBuffers& buffers,
                    Regions& regions) {
   const Judge judge(grid, buffers);
-  const auto measured =
-      static_cast<double>(std::accumulate(grid.n.begin(), grid.n.end(), std::uint64_t{0},
-                                          [](std::uint64_t sum, float n) { return sum + static_cast<std::uint32_t>(n); }));
+  const double measured = std::accumulate(grid.n.begin(), grid.n.end(), 0.0);
   for (std::size_t g = 0; g < regions.list.size(); ++g) {
     Region& region = regions.list[g];
     if (!region.alive) continue;

@@ -48,8 +48,6 @@ struct Regions {
   AlignedVector<std::int16_t> owner;  ///< Per cell of the grid: index into the list, or kNobody.
 };
 
-/// Makes cells of regions that are no longer alive nobody's.
-
 /// Memory of grow_regions.
 struct RegionBuffers {
   SpreadBuffers spread;
