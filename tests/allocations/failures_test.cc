@@ -129,41 +129,6 @@ Outcome outcome_of(const Call& call, std::int64_t k, bool all) {
   return outcome;
 }
 
-class Failures : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (FRANSAC_OWN_ALLOCATOR == 0) GTEST_SKIP() << "the allocator is not ours";
-  }
-
-  /// `call` may succeed without the memory that it wanted; else it says so. Without a failure it comes to `expected`. `after` is
-  /// called after each. `otherwise`: what else may be said where there is no memory.
-  template <class Call>
-  static void expect_no_throw(
-      const char* name, const Call& call, std::optional<ErrorCode> expected = std::nullopt,
-      const std::function<void()>& after = [] {}, ErrorCode otherwise = ErrorCode::out_of_memory) {
-    SCOPED_TRACE(name);
-    for (const bool all : {false, true}) {
-      std::int64_t k = 0;
-      for (bool finished = false; !finished; ++k) {
-        const Outcome outcome = outcome_of(call, k, all);
-        SCOPED_TRACE(::testing::Message() << "allocation " << k << (all ? " and all after it" : "") << ": "
-                                          << outcome.message.data());
-        ASSERT_FALSE(outcome.threw);
-        if (outcome.error != expected && outcome.error) {
-          ASSERT_THAT(*outcome.error, ::testing::AnyOf(ErrorCode::out_of_memory, otherwise));
-          ASSERT_TRUE(outcome.failed);
-        }
-        ASSERT_TRUE(!outcome.error || outcome.message.front() != '\0');
-        finished = !outcome.failed;
-        ASSERT_TRUE(!finished || outcome.error == expected);
-        after();
-        if (HasFatalFailure()) return;
-      }
-      RecordProperty(std::string(name) + (all ? " from" : " at"), static_cast<int>(k - 1));
-    }
-  }
-};
-
 /// A room with things in it, and all that is made of it.
 struct Scene {
   Scene() {
@@ -197,6 +162,42 @@ const Scene& scene() {
   static const Scene scene;
   return scene;
 }
+
+class Failures : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (FRANSAC_OWN_ALLOCATOR == 0) GTEST_SKIP() << "the allocator is not ours";
+    (void)scene();  // made before any allocation fails
+  }
+
+  /// `call` may succeed without the memory that it wanted; else it says so. Without a failure it comes to `expected`. `after` is
+  /// called after each. `otherwise`: what else may be said where there is no memory.
+  template <class Call>
+  static void expect_no_throw(
+      const char* name, const Call& call, std::optional<ErrorCode> expected = std::nullopt,
+      const std::function<void()>& after = [] {}, ErrorCode otherwise = ErrorCode::out_of_memory) {
+    SCOPED_TRACE(name);
+    for (const bool all : {false, true}) {
+      std::int64_t k = 0;
+      for (bool finished = false; !finished; ++k) {
+        const Outcome outcome = outcome_of(call, k, all);
+        SCOPED_TRACE(::testing::Message() << "allocation " << k << (all ? " and all after it" : "") << ": "
+                                          << outcome.message.data());
+        ASSERT_FALSE(outcome.threw);
+        if (outcome.error != expected && outcome.error) {
+          ASSERT_THAT(*outcome.error, ::testing::AnyOf(ErrorCode::out_of_memory, otherwise));
+          ASSERT_TRUE(outcome.failed);
+        }
+        ASSERT_TRUE(!outcome.error || outcome.message.front() != '\0');
+        finished = !outcome.failed;
+        ASSERT_TRUE(!finished || outcome.error == expected);
+        after();
+        if (HasFatalFailure()) return;
+      }
+      RecordProperty(std::string(name) + (all ? " from" : " at"), static_cast<int>(k - 1));
+    }
+  }
+};
 
 Distortion some_distortion() {
   Distortion distortion{.width = scene().camera.width, .height = scene().camera.height};

@@ -11,6 +11,7 @@ import sys
 import tempfile
 
 TOLERANCE = 1e-2  # of a plane's coefficients
+LOST = 0.001  # of the inliers
 
 
 def table_scene():
@@ -61,7 +62,8 @@ def complaints(ours, theirs):
     for (plane, _), (pcl_plane, _), inliers, pcl_inliers in zip(found, wanted, sums, pcl_sums):
         if max(abs(a - b) for a, b in zip(plane, pcl_plane)) > TOLERANCE:
             yield f"plane {plane}, PCL {pcl_plane}"
-        if inliers < pcl_inliers:
+        # Both end with a least-squares fit, which may lose a few of the inliers that the search had.
+        if inliers < (1.0 - LOST) * pcl_inliers:
             yield f"{inliers} inliers, PCL {pcl_inliers}"
     clusters = [sum(line.startswith("cluster") for line in lines) for lines in (ours, theirs)]
     if clusters[0] != clusters[1]:

@@ -33,7 +33,7 @@ ARROWS = {
 # Which headers from outside the project a module may include, by the first part of the path. The standard library and
 # Eigen are for all but the kernels, which know raw pointers only.
 OUTSIDE = {
-    "core": {"tbb"},
+    "core": {"tbb", "pthread.h"},
     "kernels": {"hwy"},
     "io": {"nlohmann", "spng.h", "turbojpeg.h", "dirent.h", "fcntl.h", "sys", "unistd.h"},
     "cloud_io": {"pcl", "boost"},
