@@ -20,7 +20,8 @@ inline Error io_error(const std::filesystem::path& file, std::string_view what) 
 }
 
 inline Error errno_error(const std::filesystem::path& file, int number) {
-  return io_error(file, std::generic_category().message(number));
+  return file_error(number == ENOMEM ? ErrorCode::out_of_memory : ErrorCode::io, file.native(),
+                    std::generic_category().message(number));
 }
 
 /// Owns a file descriptor.

@@ -42,13 +42,13 @@ Result<Target> resolve(const fs::path& file) {
   for (int i = 0; i < kMostLinks; ++i) {
     std::error_code error;
     const fs::path folder = fs::canonical(folder_of(path), error);
-    if (error) return io_error(file, error.message());
+    if (error) return errno_error(file, error.value());
     if (const auto descriptor = descriptor_of(folder, path.filename())) return Target{path, descriptor};
     const fs::file_status status = fs::symlink_status(path, error);
-    if (!fs::status_known(status)) return io_error(file, error.message());
+    if (!fs::status_known(status)) return errno_error(file, error.value());
     if (!fs::is_symlink(status)) return Target{path, std::nullopt};
     const fs::path next = fs::read_symlink(path, error);
-    if (error) return io_error(file, error.message());
+    if (error) return errno_error(file, error.value());
     path = next.is_absolute() ? next : folder / next;
   }
   return errno_error(file, ELOOP);
@@ -145,13 +145,13 @@ struct OutputFolder::Implementation {
     if (!folder.has_filename()) folder = folder.parent_path();
     std::error_code error;
     const fs::file_status status = fs::status(folder, error);
-    if (!fs::status_known(status)) return io_error(folder, error.message());
+    if (!fs::status_known(status)) return errno_error(folder, error.value());
     is_new = !fs::exists(status);
     const fs::path place = is_new ? folder_of(folder) : folder;
     if (!is_new) {
       Temporary::remove_stale(place, folder);
       const bool empty = fs::is_empty(folder, error);
-      if (error) return io_error(folder, error.message());
+      if (error) return errno_error(folder, error.value());
       if (!empty) return io_error(folder, "is not empty; choose a new folder");
     }
     Result<Temporary> made = Temporary::make_folder(place, folder, folder);

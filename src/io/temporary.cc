@@ -84,13 +84,14 @@ Result<Temporary> Temporary::make(const fs::path& folder, const fs::path& target
   const std::lock_guard lock(registry().mutex);
   for (int i = 0; i < kNames; ++i) {
     fs::path name = name_for(folder, target, i);
+    fs::path shown_name = shown;  // nothing that can fail comes between the name's registration and its owner
     const auto [entry, is_new] = registry().names.insert(name);
     if (!is_new) continue;
     Descriptor descriptor = make_one(name);
     const int error = errno;
     // Another process may have taken it for stale before it was locked.
     if (descriptor.valid() && try_lock(descriptor) != Lock::of_another && is_named(descriptor, name)) {
-      return Temporary(std::move(name), shown, std::move(descriptor));
+      return Temporary(std::move(name), std::move(shown_name), std::move(descriptor));
     }
     registry().names.erase(entry);
     if (!descriptor.valid() && error != EEXIST && error != ENOENT) return errno_error(shown, error);
@@ -117,8 +118,8 @@ Temporary::~Temporary() {
   if (name_.empty()) return;
   try {
     const std::lock_guard lock(registry().mutex);
-    remove_anything(name_);
     registry().names.erase(name_);
+    remove_anything(name_);
   } catch (...) {  // the next run removes it
   }
 }

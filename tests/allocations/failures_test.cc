@@ -517,6 +517,9 @@ TEST_F(FileFailures, OfClouds) {
         return io::write_cloud(file, scene().cloud, scene().segmentation.labels, encoding, scene().obstacles.labels);
       });
       expect_no_throw("read", [&] { return io::read_cloud(file); });
+      expect_no_throw("encode", [&] {
+        return io::encode_cloud(file, scene().cloud, scene().segmentation.labels, encoding, scene().obstacles.labels);
+      });
     }
   }
   expect_no_throw("compress", [&, &file = path("cloud.pcd")] {
@@ -536,6 +539,20 @@ TEST_F(FileFailures, OfOthers) {
       "nothing", [&, &file = path("a file that nobody ever wrote")] { return io::read_file(file, kMostBytes); }, ErrorCode::io);
   const OccupancyGrid grid = *occupancy_grid(scene().depth, scene().camera, scene().segmentation, scene().obstacles, {});
   expect_no_throw("map", [&, &file = path("map")] { return io::write_ros_map(file, grid); });
+  expect_no_throw("encode a map", [&, &file = path("map")] { return io::encode_ros_map(file, grid); });
+  expect_no_throw("in pieces", [&, &file = path("pieces")]() -> Status {
+    Result<io::OutputFile> output = io::OutputFile::create(file);
+    if (!output) return output.error();
+    if (Status status = output->write(std::string_view("some text")); !status) return status;
+    return output->commit();
+  });
+  expect_no_throw(
+      "folder",
+      [&, &name = path("folder")]() -> Status {
+        Result<io::OutputFolder> output = io::OutputFolder::create(name);
+        return output ? output->commit() : output.error();
+      },
+      std::nullopt, [&] { std::filesystem::remove_all(path("folder")); });
 }
 
 }  // namespace
