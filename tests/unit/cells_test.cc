@@ -13,6 +13,7 @@
 #include <numeric>
 #include <set>
 
+#include "fransac/core/random.hpp"
 #include "fransac/planes/segment.hpp"
 #include "support.hpp"
 
@@ -168,6 +169,29 @@ TEST(Cells, AStepOfThreeCentimetres) {
   scene.draw(tilted(1.0, 0.0));
   scene.draw(tilted(0.97, 0.0), {200, 150, 420, 330});
   expect_found(scene, cells(scene.image.view(), scene.image.camera));
+}
+
+TEST(Cells, FarWallsThatMeetAtASmallAngleStayTwo) {
+  Scene scene(kinect());
+  scene.draw(tilted(4.5, -6.0));
+  scene.draw(tilted(4.5, 6.0));
+  RandomStream random(0, 0);
+  for (float& z : scene.image.metres) z += static_cast<float>(kKinectNoise_per_m * random.normal()) * z * z;
+  const Segmentation s = cells(scene.image.view(), scene.image.camera);
+  ASSERT_EQ(s.planes.size(), 2U);
+  EXPECT_NEAR(std::acos(s.planes[0].plane.normal.dot(s.planes[1].plane.normal)), 12.0 * kDegree, kDegree);
+}
+
+TEST(Cells, NoiseIsNotTakenForPrecisionWhereNeighbouringPixelsErrAlike) {
+  // Windows of disparity that are wider than a pixel of this camera is high.
+  Camera camera = kinect(160);
+  camera.height = 480;
+  camera.fy *= 4.0;
+  camera.cy = 239.5;
+  const Result<synth::SynthFrame> frame = synth::render({.scene = "desk", .seed = 1, .camera = camera});
+  ASSERT_TRUE(frame);
+  const Segmentation s = cells(testing::view_of(*frame), camera);
+  EXPECT_GT(s.noise.sigma_m(1.0), 0.5 * kKinectNoise_per_m);
 }
 
 TEST(Cells, ACreaseOfTenDegrees) {
