@@ -204,8 +204,8 @@ void run(Command& command) {
     const std::string text = cli::to_text(to_json(command.setting, rows), 1);
     if (command.json == "-") {
       cli::write_stdout(text);
-    } else if (Status status = io::write_file(command.json, std::string_view(text)); !status) {
-      throw cli::Failure(status.error().message);
+    } else {
+      cli::check(io::write_file(command.json, std::string_view(text)));
     }
   }
   if (command.json != "-") cli::write_stdout(table_text(command.setting, rows));

@@ -173,10 +173,10 @@ void remove_empty(Obstacles& result) {
   for (std::uint16_t& label : result.labels) label = new_ids[label];
 }
 
+/// All but the labels, every one of which is written.
 void clear(Obstacles& result) {
   result.obstacles.clear();
   result.support.clear();
-  result.labels.clear();
   result.ground = {};
   result.support_plane = {};
 }
@@ -220,10 +220,15 @@ Status validate(const ObstacleOptions& options) try {
 Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
                       const ObstacleOptions& options, const AxisLimits* limits, ObstacleWorkspace& workspace,
                       Obstacles& result) try {
+  const auto fail = [&](Status status) {
+    clear(result);
+    result.labels.clear();
+    return status;
+  };
   const auto start = std::chrono::steady_clock::now();
   clear(result);
-  if (Status status = validate(options); !status) return status;
-  if (Status status = obstacles::check_sizes(depth, camera, segmentation); !status) return status;
+  if (Status status = validate(options); !status) return fail(std::move(status));
+  if (Status status = obstacles::check_sizes(depth, camera, segmentation); !status) return fail(std::move(status));
   result.width = depth.width();
   result.height = depth.height();
   obstacles::choose_support(segmentation, options, noise_of(segmentation), result.support);
@@ -234,8 +239,7 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
     result.ground = ground_frame(result.support_plane);
     DepthView view;
     if (Status status = obstacles::as_segmented(depth, segmentation, workspace.impl().corrected, view); !status) {
-      clear(result);
-      return status;
+      return fail(std::move(status));
     }
     result.labels.resize(depth.size());
     with_raw_type(depth.format(),
@@ -245,6 +249,7 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
   return {};
 } catch (const std::exception& exception) {
   clear(result);
+  result.labels.clear();
   workspace.impl() = Impl{};  // some buffers are of this frame, some of the one before
   return caught(exception, [&] {
     return "obstacles of " + std::to_string(depth.width()) + " x " + std::to_string(depth.height()) + " pixels";

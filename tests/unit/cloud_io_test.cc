@@ -452,14 +452,16 @@ TEST(Ply, WrongHeadersAreNamed) {
   EXPECT_THAT(error_of(ply(data, "wrong\n")), HasSubstr("'wrong'"));
 }
 
+/// Of a file of two points.
+void expect_points(const std::string& file) {
+  const auto cloud = decode(file);
+  ASSERT_TRUE(cloud.ok()) << cloud.error().message;
+  ASSERT_EQ(cloud->size(), 2U);
+  EXPECT_EQ(cloud->point(0), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(cloud->point(1), Eigen::Vector3d(4, 5, 6));
+}
+
 TEST(Ply, CoordinatesOfAnyNumberTypeAndCaseAreRead) {
-  const auto expect_points = [](const std::string& file) {
-    const auto cloud = decode(file);
-    ASSERT_TRUE(cloud.ok()) << cloud.error().message;
-    ASSERT_EQ(cloud->size(), 2U);
-    EXPECT_EQ(cloud->point(0), Eigen::Vector3d(1, 2, 3));
-    EXPECT_EQ(cloud->point(1), Eigen::Vector3d(4, 5, 6));
-  };
   const std::string data = "1 2 3\n4 5 6\n";
   expect_points(ply(data, "element vertex 2\nproperty short x\nproperty uint y\nproperty double z\n"));
   expect_points(ply(data, "element vertex 2\nproperty float X\nproperty float Y\nproperty float Z\n"));
@@ -474,13 +476,6 @@ TEST(Ply, CoordinatesOfAnyNumberTypeAndCaseAreRead) {
 }
 
 TEST(Pcd, CoordinatesOfAnyNumberTypeAndCaseAreRead) {
-  const auto expect_points = [](const std::string& file) {
-    const auto cloud = decode(file);
-    ASSERT_TRUE(cloud.ok()) << cloud.error().message;
-    ASSERT_EQ(cloud->size(), 2U);
-    EXPECT_EQ(cloud->point(0), Eigen::Vector3d(1, 2, 3));
-    EXPECT_EQ(cloud->point(1), Eigen::Vector3d(4, 5, 6));
-  };
   expect_points(pcd("1 2 3\n4 5 6\n", "x y z", "2 4 8", "I U F"));
   expect_points(pcd("1 2 3\n4 5 6\n", "X Y Z"));
   expect_points("\xef\xbb\xbf" + pcd("1 2 3\n4 5 6\n"));

@@ -24,14 +24,13 @@ constexpr const Constants& kC = kConstants;
 /// it is more than they see: neighbouring pixels err alike.
 constexpr double kMostShown = 2.0;
 
-/// (alpha, beta, gamma) of q = alpha x + beta y + gamma, x and y on the camera's image plane at z = 1, and their covariance:
-/// of independent errors of the pixels, and of slow ones that cells near each other share.
+/// From Grid::parameters() and their covariance: of independent errors of the pixels, and of slow ones that cells near each other
+/// share.
 std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid) {
   const PlaneFit& f = region.fit;
   const Camera& camera = grid.camera;
   const double u = camera.cx - 0.5 * grid.width;
   const double v = camera.cy - 0.5 * grid.height;
-  const Eigen::Vector3d parameters(f.plane.du * camera.fx, f.plane.dv * camera.fy, f.plane.at(u, v));
   const double cells = std::max(region.cells, 1);
   const double pixel = region.sigma() * region.sigma();
   const double pixels = region.moments.n / std::pow(grid.sampling.per_pixel(), 2);
@@ -41,7 +40,7 @@ std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid) {
   about_mean << f.vv / det, -f.uv / det, 0.0, -f.uv / det, f.uu / det, 0.0, 0.0, 0.0, 1.0;
   Eigen::Matrix3d to_parameters;
   to_parameters << camera.fx, 0.0, 0.0, 0.0, camera.fy, 0.0, u - f.u, v - f.v, 1.0;
-  return plane_from_inverse_depth(parameters, variance * to_parameters * about_mean * to_parameters.transpose());
+  return plane_from_inverse_depth(grid.parameters(f.plane), variance * to_parameters * about_mean * to_parameters.transpose());
 }
 
 /// Angle between two directions as undirected lines, degrees.

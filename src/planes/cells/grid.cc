@@ -251,9 +251,8 @@ void for_each_sampled_row(const Grid& grid, Visitor visit) {
   for (int r = 0; r < grid.rows; r += step) visit(grid.index(r, 0));
 }
 
-/// Which cells tell something of noise: not those that hold one value throughout, or a few steps of depth that do
-/// not slope. A wall seen
-/// from the front in coarse units does, but so do a sky, a far clip and a filled hole.
+/// Which cells tell something of noise: not those that hold one value throughout, or a few steps of depth that do not slope. A
+/// wall seen from the front in coarse units does, but so do a sky, a far clip and a filled hole.
 void find_telling(double step_m, GridBuffers& buffers, const Grid& grid) {
   buffers.telling.resize(grid.size() + Grid::kPadding);
   buffers.centred.resize(grid.size() + Grid::kPadding);

@@ -3,6 +3,7 @@
 /// hypothesis of its own, and its moments add up with those of other cells (docs/algorithms.md, "Cells").
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -163,6 +164,12 @@ class Grid {
             dv.data() + cell,
             residual.data() + cell,
             stride};
+  }
+
+  /// (alpha, beta, gamma) of q = alpha x + beta y + gamma, x and y on the camera's image plane at z = 1: for a plane n . p + d =
+  /// 0 that is -n / d.
+  [[nodiscard]] Eigen::Vector3d parameters(const InversePlane& plane) const {
+    return {plane.du * camera.fx, plane.dv * camera.fy, plane.at(camera.cx - 0.5 * width, camera.cy - 0.5 * height)};
   }
 
   /// How far a cell is from a plane: its mean, and its slopes over half a cell, squared.

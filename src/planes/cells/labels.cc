@@ -292,11 +292,8 @@ class RowLabeller {
 
 /// From sums of z^3 and of (u z, v z, z) to square metres and points.
 void in_metres(const InversePlane& plane, const Grid& grid, const Camera& camera, PixelEvidence& sum) {
-  // |n / d| of the plane n . p + d = 0, whose inverse depth is -n / d . ray
-  const double a = plane.du * grid.camera.fx;
-  const double b = plane.dv * grid.camera.fy;
-  const double c = plane.at(grid.camera.cx - 0.5 * grid.width, grid.camera.cy - 0.5 * grid.height);
-  sum.area_m2 *= std::sqrt(a * a + b * b + c * c) / (camera.fx * camera.fy);
+  const Eigen::Vector3d n = grid.parameters(plane);  // over the distance
+  sum.area_m2 *= std::sqrt(n.x() * n.x() + n.y() * n.y() + n.z() * n.z()) / (camera.fx * camera.fy);
   sum.sum[0] = (sum.sum[0] - camera.cx * sum.sum[2]) / camera.fx;
   sum.sum[1] = (sum.sum[1] - camera.cy * sum.sum[2]) / camera.fy;
 }

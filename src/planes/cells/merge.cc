@@ -133,8 +133,7 @@ class Merger {
     p.rise = kApart;
     const Region& a = region(p.a);
     const Region& b = region(p.b);
-    const Border& border = p.border;
-    if (is_step(border)) return;
+    if (is_step(p.border)) return;
     const Region& large = a.cells >= b.cells ? a : b;
     const Region& small = a.cells >= b.cells ? b : a;
     const bool meet = meets(p);
@@ -150,26 +149,24 @@ class Merger {
 
   /// Whether the normals of two regions differ by more than those of neighbouring cells of one surface may, for certain.
   [[nodiscard]] bool turns(const Region& a, const Region& b) const {
-    const Eigen::Vector3d n = normal(a.fit.plane);
-    const Eigen::Vector3d m = normal(b.fit.plane);
+    const Eigen::Vector3d n = grid_.parameters(a.fit.plane);
+    const Eigen::Vector3d m = grid_.parameters(b.fit.plane);
     const double angle = std::atan2(n.cross(m).norm(), n.dot(m));
     constexpr double kSigmas = 2.0;
     const double sigma = std::hypot(turn_sigma(a) / n.norm(), turn_sigma(b) / m.norm());
     return angle - kSigmas * sigma > 0.25 * kC.most_turn;
   }
 
-  /// Inverse depth's gradient along the axes of the camera: the normal over the plane's distance.
-  [[nodiscard]] Eigen::Vector3d normal(const InversePlane& plane) const {
-    const Camera& camera = grid_.camera;
-    return {plane.du * camera.fx, plane.dv * camera.fy, plane.at(camera.cx - 0.5 * grid_.width, camera.cy - 0.5 * grid_.height)};
-  }
-
-  /// One sigma of that across the direction in which the region is shortest.
+  /// One sigma of a region's Grid::parameters() across the direction in which the region is shortest.
   [[nodiscard]] double turn_sigma(const Region& region) const {
     const PlaneFit& f = region.fit;
     const double least = 0.5 * (f.uu + f.vv) - std::hypot(0.5 * (f.uu - f.vv), f.uv);
-    const double variance = std::pow(grid_.noise.slow * region.sigma(), 2) * kC.slow_cells / std::max(region.cells, 1);
-    return std::sqrt(variance / least * grid_.camera.fx * grid_.camera.fy);
+    return std::sqrt(mean_variance(region) / least * grid_.camera.fx * grid_.camera.fy);
+  }
+
+  /// Square of the slow errors that a region's mean has.
+  [[nodiscard]] double mean_variance(const Region& region) const {
+    return std::pow(grid_.noise.slow * region.sigma(), 2) * kC.slow_cells / region.cells;
   }
 
   /// Whether two regions touch along a border that is long for the smaller one.
@@ -192,7 +189,7 @@ class Merger {
     const double det = large.uu * large.vv - large.uv * large.uv;
     const double leverage = (large.vv * u * u - 2.0 * large.uv * u * v + large.uu * v * v) / det;
     const double slow = std::pow(grid_.noise.slow * region.sigma(), 2);
-    const double variance = slow * kC.slow_cells / region.cells * (1.0 + leverage);
+    const double variance = mean_variance(region) * (1.0 + leverage);
     if (variance > slow * kC.far_prediction_k * kC.far_prediction_k) return false;
     constexpr double kSigmas = 3.0;
     const double off = small.q - large.plane.at(small.u, small.v);
