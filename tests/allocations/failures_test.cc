@@ -297,7 +297,16 @@ TEST_F(Failures, OfFilters) {
   expect_no_throw("correct", [&] { return correct(scene().depth, some_distortion(), 0, corrected); });
   VoxelGrid grid;
   expect_no_throw("grid of a cloud", [&] { return voxel_grid(scene().points, 0.05, LeafPoint::centroid, grid, 2); });
-  expect_no_throw("boxes", [&] { return voxel_grid(scene().points, Eigen::Vector3d(0.05, 0.1, 0.2), LeafPoint::centre, grid); });
+  expect_no_throw("boxes", [&] {
+    return voxel_grid(scene().points, {.leaf_size_m = {0.05, 0.1, 0.2}, .leaf_point = LeafPoint::centre, .leaf_of = true}, grid);
+  });
+  RandomStream random = testing::test_random();
+  std::vector<Eigen::Vector3d> anywhere;
+  for (int i = 0; i < 1 << 16; ++i) anywhere.push_back(testing::uniform_point(random, -1.0, 1.0));
+  const PointCloud shuffled = testing::cloud_of(anywhere);
+  expect_no_throw("grid of a shuffled cloud", [&] {
+    return voxel_grid(shuffled, {.leaf_size_m = Eigen::Vector3d::Constant(0.05), .leaf_of = true, .threads = 2}, grid);
+  });
   std::vector<float> xyz(3 * 4000, 1.0F);
   for (std::size_t i = 0; i < xyz.size(); ++i) xyz[i] = static_cast<float>(i % 97) * 0.1F;
   expect_no_throw("grid of a view", [&] {
