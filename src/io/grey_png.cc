@@ -5,6 +5,7 @@
 #include <libdeflate.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <new>
@@ -83,14 +84,18 @@ T loaded(const std::byte* bytes) {
   return value;
 }
 
-/// The one of a, b and c that is nearest to a + b - c, the first of them where two are (9.4), without a branch: c is between the
-/// others, or the one farther from c is it.
-int paeth(int a, int b, int c) {
-  const int low = std::min(a, b);
-  const int high = std::max(a, b);
-  const int threshold = 3 * c - (a + b);
-  const int or_low = high <= threshold ? low : c;
-  return threshold <= low ? high : or_low;
+// Four pixels, and their bytes in lanes: vectors of the compiler's own, which any processor has or is made to have.
+using Pixels = std::uint32_t __attribute__((vector_size(16)));
+using Lanes = std::int16_t __attribute__((vector_size(16)));
+
+/// The one of a, b and c that is nearest to a + b - c, the first of them where two are (9.4): c if it is between the others, else
+/// the one of them that is farther from it.
+Lanes paeth(Lanes a, Lanes b, Lanes c) {
+  const auto choose = [](Lanes where, Lanes x, Lanes y) { return (where & x) | (~where & y); };
+  const Lanes low = choose(a < b, a, b);
+  const Lanes high = choose(a < b, b, a);
+  const Lanes threshold = c + c + c - b - a;
+  return choose(threshold > low, choose(high > threshold, c, low), high);
 }
 
 // Filters (9.2): what is in the file, `raw`, is the difference to a guess from the pixels to the left, above (`up`) and above
@@ -149,24 +154,41 @@ void undo_average(const std::byte* raw, std::size_t width, const T* up, T* row) 
   }
 }
 
+/// Some rows at once, each a pixel behind the one above it: a pixel needs those to its left, which are in a chain, and above it.
 template <class T>
-void undo_paeth(const std::byte* raw, std::size_t width, const T* up, T* row) {
-  constexpr auto kShift = 8U * (sizeof(T) - 1);
-  int high = 0;  // the last pixel's bytes
-  int low = 0;
-  int up_high = 0;
-  int up_low = 0;
-  for (std::size_t i = 0; i < width; ++i) {
-    const std::uint32_t difference = loaded<T>(raw + i * sizeof(T));
-    const int above_high = up[i] >> kShift;
-    const int above_low = up[i] & 0xff;
-    high = static_cast<int>(static_cast<std::uint32_t>(paeth(high, above_high, up_high)) + (difference >> kShift)) & 0xff;
-    low = static_cast<int>(static_cast<std::uint32_t>(paeth(low, above_low, up_low)) + difference) & 0xff;
-    up_high = above_high;
-    up_low = above_low;
-    row[i] = sizeof(T) == 2 ? static_cast<T>(high << 8 | low) : static_cast<T>(low);
+struct PaethRows {
+  static constexpr std::size_t kMost = 4;
+  std::array<const std::byte*, kMost> raw;
+  std::array<T*, kMost> row;  ///< The last ones may be those of `raw`: of no use.
+
+  void undo(std::size_t width, const T* up) const {
+    Lanes left{};
+    Lanes above_left{};
+    const auto step = [&](std::size_t i, const auto& has_pixel) {  // pixel i of the first row, i - 1 of the second, …
+      std::array<std::uint32_t, kMost> difference{};
+      for (std::size_t k = 0; k < kMost; ++k) {
+        if (has_pixel(k)) difference[k] = spread(loaded<T>(raw[k] + (i - k) * sizeof(T)));
+      }
+      const auto last = reinterpret_cast<Pixels>(left);
+      const Pixels above{has_pixel(0) ? spread(up[i]) : 0U, last[0], last[1], last[2]};
+      const auto b = reinterpret_cast<Lanes>(above);
+      const Pixels differences{difference[0], difference[1], difference[2], difference[3]};
+      left = (paeth(left, b, above_left) + reinterpret_cast<Lanes>(differences)) & 0xff;
+      above_left = b;
+      const auto pixels = reinterpret_cast<Pixels>(left);
+      for (std::size_t k = 0; k < kMost; ++k) {
+        if (has_pixel(k)) row[k][i - k] = joined<T>(pixels[k]);
+      }
+    };
+    // At both ends some rows have no pixel. Before a row's first all is 0.
+    const auto edge = [&](std::size_t i) { step(i, [&](std::size_t k) { return i >= k && i - k < width; }); };
+    const std::size_t end = width + kMost - 1;
+    std::size_t i = 0;
+    for (; i < std::min(kMost - 1, end); ++i) edge(i);
+    for (; i < width; ++i) step(i, [](std::size_t) { return true; });
+    for (; i < end; ++i) edge(i);
   }
-}
+};
 
 }  // namespace
 
@@ -185,26 +207,44 @@ bool GreyPngDecoder::inflate(std::span<const std::byte> deflated, std::span<std:
 /// that is written, as each has one byte more than its pixels.
 template <class T>
 bool GreyPngDecoder::unfilter(Image<T>& image) {
+  constexpr unsigned kPaeth = 4;
+  constexpr std::size_t kMost = PaethRows<T>::kMost;
   const auto width = static_cast<std::size_t>(image.width);
+  const auto height = static_cast<std::size_t>(image.height);
   const std::size_t row_bytes = width * sizeof(T);
-  row_.resize(2 * row_bytes);
-  std::byte* const raw = row_.data();
+  rows_.resize((kMost + 1) * row_bytes);
   // Above the first row all is 0.
-  std::memset(raw + row_bytes, 0, row_bytes);
-  const T* up = reinterpret_cast<const T*>(raw + row_bytes);
+  std::byte* const zeros = rows_.data() + kMost * row_bytes;
+  std::memset(zeros, 0, row_bytes);
+  const T* up = reinterpret_cast<const T*>(zeros);
   const auto* in = reinterpret_cast<const std::byte*>(image.pixels.data());
   T* row = image.pixels.data();
-  for (int v = 0; v < image.height; ++v, up = row, row += width, in += row_bytes) {
-    const auto filter = static_cast<unsigned>(*in++);
-    std::memcpy(raw, in, row_bytes);
+  for (std::size_t v = 0; v < height;) {
+    const auto filter = static_cast<unsigned>(*in);
+    std::byte* const raw = rows_.data();
+    PaethRows<T> several{};
+    for (std::size_t k = 0; k < kMost; ++k) {
+      several.raw[k] = raw + k * row_bytes;
+      several.row[k] = reinterpret_cast<T*>(raw + k * row_bytes);
+    }
+    std::size_t rows = 0;
+    do {
+      several.row[rows] = row + rows * width;
+      std::memcpy(raw + rows * row_bytes, in + 1, row_bytes);
+      in += 1 + row_bytes;
+      ++rows;
+    } while (filter == kPaeth && rows < kMost && v + rows < height && static_cast<unsigned>(*in) == kPaeth);
     switch (filter) {
       case 0: undo_none(raw, width, row); break;
       case 1: undo_sub(raw, width, row); break;
       case 2: undo_up(raw, width, up, row); break;
       case 3: undo_average(raw, width, up, row); break;
-      case 4: undo_paeth(raw, width, up, row); break;
+      case kPaeth: several.undo(width, up); break;
       default: return false;
     }
+    v += rows;
+    row += rows * width;
+    up = row - width;
   }
   return true;
 }

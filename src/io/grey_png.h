@@ -40,7 +40,7 @@ class GreyPngDecoder {
 
   std::unique_ptr<libdeflate_decompressor, Free> inflater_;
   std::vector<std::byte> deflated_;  ///< The data chunks, one after the other, where there are several.
-  std::vector<std::byte> row_;       ///< A row as it stands in the file.
+  std::vector<std::byte> rows_;      ///< Some rows as they stand in the file.
 };
 
 extern template bool GreyPngDecoder::decode(std::span<const std::byte>, const ReadLimits&, Image<std::uint8_t>&);
