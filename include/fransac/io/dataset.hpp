@@ -104,7 +104,7 @@ Result<Frame> load_frame(const FrameFiles& files, const std::optional<std::files
 /// Memory that load_frame keeps from frame to frame. One thread at a time.
 class LoadWorkspace {
  public:
-  LoadWorkspace() noexcept;
+  LoadWorkspace() noexcept;  ///< Takes no memory yet.
   LoadWorkspace(LoadWorkspace&&) noexcept;
   LoadWorkspace& operator=(LoadWorkspace&&) noexcept;
   ~LoadWorkspace();
