@@ -513,6 +513,10 @@ TEST_F(FileFailures, OfFrames) {
   expect_no_throw("list", [&] { return io::list_frames(data); });
   const io::Dataset dataset = *io::list_frames(data);
   expect_decoded_without_throw("load", [&] { return io::load_frame(dataset.frames.at(0)); });
+  io::LoadWorkspace workspace;
+  io::Frame loaded;
+  expect_decoded_without_throw("load again",
+                               [&] { return io::load_frame(dataset.frames.at(0), std::nullopt, workspace, loaded); });
   const auto sequence = folder / "freiburg1";
   ASSERT_TRUE(io::write_frame(sequence / "1", frame));
   (void)folder.write("freiburg1/depth.txt", "1.5 1/depth.png\n");
@@ -544,6 +548,8 @@ TEST_F(FileFailures, OfOthers) {
   expect_no_throw("text", [&, &file = path("text")] { return io::write_file(file, std::string_view("some text")); });
   expect_no_throw("bytes", [&, &file = path("bytes")] { return io::write_file(file, std::as_bytes(std::span("some bytes"))); });
   expect_no_throw("read", [&, &file = path("text")] { return io::read_file(file, kMostBytes); });
+  std::vector<std::byte> kept;
+  expect_no_throw("read again", [&, &file = path("text")] { return io::read_file(file, kMostBytes, kept); });
   expect_no_throw(
       "nothing", [&, &file = path("a file that nobody ever wrote")] { return io::read_file(file, kMostBytes); }, ErrorCode::io);
   const OccupancyGrid grid = *occupancy_grid(scene().depth, scene().camera, scene().segmentation, scene().obstacles, {});
