@@ -43,7 +43,7 @@ Result<Lattice> make_lattice(const kernels::Box& box, std::size_t points, const 
     const double largest = farthest * per_leaf + lattice.to_index.offset[axis];
     // Doubles hold whole numbers exactly up to 2^53; beyond that floor() means nothing.
     const bool countable = std::abs(smallest) < 0x1p53 && largest < 0x1p31;
-    // The kernel may round the other way (fused multiply-add): half a leaf of slack keeps its last index inside the bits.
+    // The kernel may round the other way: half a leaf of slack keeps its last index inside the bits.
     const int axis_bits =
         countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest + 0.5))) : Lattice::kMostBits + 1;
     lattice.to_index.shift[axis] = static_cast<std::uint64_t>(bits);
@@ -401,7 +401,7 @@ VoxelGrid::Index VoxelGrid::index_at(const Eigen::Vector3f& local_point) const {
   const auto within = [&](int axis) {
     return place(axis) >= 0.0 && place(axis) < static_cast<double>(largest[axis] - smallest[axis] + 1);
   };
-  if (within(0) && within(1) && within(2)) {  // through the kernel, which may round the other way (fused multiply-add)
+  if (within(0) && within(1) && within(2)) {  // through the kernel, which may round the other way
     kernels::LeafRun run{};
     kernels::leaf_runs(local_point.data(), 3, 1, lattice.to_index, &run);
     return smallest + Index(run.index[0], run.index[1], run.index[2]);

@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "hwy/highway.h"
+#include "kernels/block_sums.h"
 #include "kernels/points.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -22,6 +23,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 // At most one block per vector, so that n is a whole number of vectors.
 using FloatTag = hn::CappedTag<float, kBlock>;
 using Float = hn::Vec<FloatTag>;
+
+// points.cc is compiled without contraction: products and sums are rounded one by one, and so alike on all targets.
+HWY_INLINE Float MulThenAdd(Float a, Float b, Float c) { return hn::Add(hn::Mul(a, b), c); }
 
 Bounds BoundsOf(const float* HWY_RESTRICT values, std::size_t n) {
   const FloatTag d;
@@ -59,7 +63,7 @@ struct PlaneV {
         b(hn::Set(FloatTag(), plane.b)),
         c(hn::Set(FloatTag(), plane.c)),
         d(hn::Set(FloatTag(), plane.d)) {}
-  HWY_INLINE Float Residual(Float x, Float y, Float z) const { return hn::MulAdd(a, x, hn::MulAdd(b, y, hn::MulAdd(c, z, d))); }
+  HWY_INLINE Float Residual(Float x, Float y, Float z) const { return MulThenAdd(a, x, MulThenAdd(b, y, MulThenAdd(c, z, d))); }
   Float a, b, c, d;
 };
 
@@ -83,21 +87,27 @@ Msac MsacOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const floa
             const PlaneF& plane, float threshold) {
   const FloatTag d;
   const hn::RebindToSigned<FloatTag> di;
-  const std::size_t lanes = hn::Lanes(d);
   const PlaneV p(plane);
   const Float t = hn::Set(d, threshold);
   const Float per_t = hn::Set(d, 1.0F / threshold);
   const Float one = hn::Set(d, 1.0F);
-  Float gain = hn::Zero(d);
+  constexpr std::size_t kParts = kBlock / hn::MaxLanes(d);
+  Float gain[kParts];
+  for (Float& part : gain) part = hn::Zero(d);
   auto count = hn::Zero(di);
-  for (std::size_t i = 0; i < n; i += lanes) {
-    const Float r = p.Residual(hn::Load(d, x + i), hn::Load(d, y + i), hn::Load(d, z + i));
-    const auto inlier = hn::Le(hn::Abs(r), t);
-    const Float share = hn::Mul(r, per_t);
-    gain = hn::Add(gain, hn::IfThenElseZero(inlier, hn::NegMulAdd(share, share, one)));
-    count = hn::Sub(count, hn::VecFromMask(di, hn::RebindMask(di, inlier)));
+  for (std::size_t i = 0; i < n; i += kBlock) {
+    for (std::size_t part = 0; part < kParts; ++part) {
+      const std::size_t at = i + part * hn::MaxLanes(d);
+      const Float r = p.Residual(hn::Load(d, x + at), hn::Load(d, y + at), hn::Load(d, z + at));
+      const auto inlier = hn::Le(hn::Abs(r), t);
+      const Float share = hn::Mul(r, per_t);
+      gain[part] = hn::Add(gain[part], hn::IfThenElseZero(inlier, hn::Sub(one, hn::Mul(share, share))));
+      count = hn::Sub(count, hn::VecFromMask(di, hn::RebindMask(di, inlier)));
+    }
   }
-  return {hn::GetLane(hn::SumOfLanes(d, gain)), static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)))};
+  alignas(64) float places[kBlock];
+  for (std::size_t part = 0; part < kParts; ++part) hn::Store(gain[part], d, places + part * hn::MaxLanes(d));
+  return {total_of_places<kBlock>(places), static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)))};
 }
 
 InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z,
@@ -109,39 +119,52 @@ InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_REST
   const PlaneV p(plane);
   const Float t = hn::Set(d, threshold);
   auto count = hn::Zero(di);
-  auto sx = hn::Zero(dd), sy = hn::Zero(dd), sz = hn::Zero(dd);
-  auto xx = hn::Zero(dd), xy = hn::Zero(dd), xz = hn::Zero(dd), yy = hn::Zero(dd), yz = hn::Zero(dd), zz = hn::Zero(dd);
+  // By place in half a block, so that all targets add in one order. Products of two floats are exact in double.
+  constexpr std::size_t kPlaces = kBlock / 2;
+  constexpr std::size_t kParts = kPlaces / hn::MaxLanes(dd);
+  hn::Vec<decltype(dd)> sums[9][kParts];
+  for (auto& sum : sums) {
+    for (auto& part : sum) part = hn::Zero(dd);
+  }
   alignas(64) float inliers[3][kBlock];
-  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
-    const Float fx = hn::Load(d, x + i);
-    const Float fy = hn::Load(d, y + i);
-    const Float fz = hn::Load(d, z + i);
-    const auto inlier = hn::Le(hn::Abs(p.Residual(fx, fy, fz)), t);
-    count = hn::Sub(count, hn::VecFromMask(di, hn::RebindMask(di, inlier)));
-    hn::Store(hn::IfThenElseZero(inlier, fx), d, inliers[0]);
-    hn::Store(hn::IfThenElseZero(inlier, fy), d, inliers[1]);
-    hn::Store(hn::IfThenElseZero(inlier, fz), d, inliers[2]);
-    for (std::size_t k = 0; k < hn::Lanes(d); k += hn::Lanes(dd)) {
-      const auto px = hn::PromoteTo(dd, hn::Load(half, inliers[0] + k));
-      const auto py = hn::PromoteTo(dd, hn::Load(half, inliers[1] + k));
-      const auto pz = hn::PromoteTo(dd, hn::Load(half, inliers[2] + k));
-      sx = hn::Add(sx, px);
-      sy = hn::Add(sy, py);
-      sz = hn::Add(sz, pz);
-      xx = hn::MulAdd(px, px, xx);
-      xy = hn::MulAdd(px, py, xy);
-      xz = hn::MulAdd(px, pz, xz);
-      yy = hn::MulAdd(py, py, yy);
-      yz = hn::MulAdd(py, pz, yz);
-      zz = hn::MulAdd(pz, pz, zz);
+  for (std::size_t i = 0; i < n; i += kBlock) {
+    for (std::size_t at = 0; at < kBlock; at += hn::Lanes(d)) {
+      const Float fx = hn::Load(d, x + i + at);
+      const Float fy = hn::Load(d, y + i + at);
+      const Float fz = hn::Load(d, z + i + at);
+      const auto inlier = hn::Le(hn::Abs(p.Residual(fx, fy, fz)), t);
+      count = hn::Sub(count, hn::VecFromMask(di, hn::RebindMask(di, inlier)));
+      hn::Store(hn::IfThenElseZero(inlier, fx), d, inliers[0] + at);
+      hn::Store(hn::IfThenElseZero(inlier, fy), d, inliers[1] + at);
+      hn::Store(hn::IfThenElseZero(inlier, fz), d, inliers[2] + at);
+    }
+    for (std::size_t first = 0; first < kBlock; first += kPlaces) {
+      for (std::size_t part = 0; part < kParts; ++part) {
+        const std::size_t at = first + part * hn::MaxLanes(dd);
+        const auto px = hn::PromoteTo(dd, hn::Load(half, inliers[0] + at));
+        const auto py = hn::PromoteTo(dd, hn::Load(half, inliers[1] + at));
+        const auto pz = hn::PromoteTo(dd, hn::Load(half, inliers[2] + at));
+        sums[0][part] = hn::Add(sums[0][part], px);
+        sums[1][part] = hn::Add(sums[1][part], py);
+        sums[2][part] = hn::Add(sums[2][part], pz);
+        sums[3][part] = hn::MulAdd(px, px, sums[3][part]);
+        sums[4][part] = hn::MulAdd(px, py, sums[4][part]);
+        sums[5][part] = hn::MulAdd(px, pz, sums[5][part]);
+        sums[6][part] = hn::MulAdd(py, py, sums[6][part]);
+        sums[7][part] = hn::MulAdd(py, pz, sums[7][part]);
+        sums[8][part] = hn::MulAdd(pz, pz, sums[8][part]);
+      }
     }
   }
-  const auto sum = [&](auto v) { return hn::GetLane(hn::SumOfLanes(dd, v)); };
-  const auto inlier_count = static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)));
-  return {inlier_count, {sum(sx), sum(sy), sum(sz), sum(xx), sum(xy), sum(xz), sum(yy), sum(yz), sum(zz)}};
+  InlierMoments moments{static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count))), {}};
+  alignas(64) double places[kPlaces];
+  for (std::size_t k = 0; k < 9; ++k) {
+    for (std::size_t part = 0; part < kParts; ++part) hn::Store(sums[k][part], dd, places + part * hn::MaxLanes(dd));
+    moments.sums[k] = total_of_places<kPlaces>(places);
+  }
+  return moments;
 }
 
-// points.cc is compiled without contraction: no product and sum become one operation here, with one rounding, on some targets.
 void LabelPoints(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
                  const NearestPlane& rule, std::uint8_t* HWY_RESTRICT labels) {
   const hn::CappedTag<double, kBlock / 2> dd;
@@ -205,7 +228,7 @@ std::size_t LeafRuns(const float* HWY_RESTRICT points, std::size_t stride, std::
   std::size_t count = 0;
   const auto add = [&](hn::Vec<hn::FixedTag<float, 4>> floats) HWY_ATTR {
     const auto point = hn::PromoteTo(dd, floats);
-    const auto index = hn::DemoteTo(di, hn::MulAdd(point, per_leaf, offset));
+    const auto index = hn::DemoteTo(di, hn::Add(hn::Mul(point, per_leaf), offset));
     sum = hn::Add(sum, hn::Sub(hn::BitCast(du64, hn::Add(point, rounder)), zero));
     // Where a run ends cannot be predicted, so it is no branch.
     count += static_cast<std::size_t>(hn::CountTrue(di, hn::Eq(index, previous)) < 4);
@@ -241,7 +264,7 @@ void LeafTerms(const float* HWY_RESTRICT points, std::size_t stride, std::size_t
   const auto zero = hn::Sub(hn::BitCast(du64, rounder), hn::Load(du64, kCount));
   for (std::size_t i = 0; i < n; ++i) {
     const auto point = hn::PromoteTo(dd, hn::MaskedLoad(xyz, df, points + i * stride));
-    const auto index = hn::BitCast(du, hn::DemoteTo(di, hn::MulAdd(point, per_leaf, offset)));
+    const auto index = hn::BitCast(du, hn::DemoteTo(di, hn::Add(hn::Mul(point, per_leaf), offset)));
     hn::Store(hn::Sub(hn::BitCast(du64, hn::Add(point, rounder)), zero), du64, terms[i].sum);
     keys[i] = hn::GetLane(hn::SumOfLanes(du64, hn::Shl(hn::PromoteTo(du64, index), shift)));
   }
@@ -264,7 +287,7 @@ void LeafBuckets(const float* HWY_RESTRICT points, std::size_t stride, std::size
   const auto factors = hn::Load(du, kFactors);
   for (std::size_t i = 0; i < n; ++i) {
     const auto point = hn::PromoteTo(dd, hn::MaskedLoad(xyz, df, points + i * stride));
-    const auto index = hn::BitCast(du, hn::DemoteTo(di, hn::MulAdd(point, per_leaf, offset)));
+    const auto index = hn::BitCast(du, hn::DemoteTo(di, hn::Add(hn::Mul(point, per_leaf), offset)));
     const auto products = hn::Mul(hn::ShiftRight<kCubeBits>(index), factors);
     buckets[i] = static_cast<std::uint8_t>(hn::GetLane(hn::SumOfLanes(du, products)) >> 24);
   }

@@ -2,7 +2,8 @@
 // Vector code over points. Raw pointers only. Where x, y and z are arrays of their own, `n` counts whole blocks: a multiple of
 // kBlock values whose tail is NaN; a NaN takes part in nothing; arrays are aligned to 64 bytes. leaf_runs and box take points
 // side by side, any number at any address; of all but the last the float after z may be read, too, and is ignored. Every function
-// has a scalar twin in namespace `ref` that says what it computes; the two agree to rounding.
+// has a scalar twin in namespace `ref` that says what it computes; the two agree exactly, and so do all instruction sets:
+// products and sums are rounded one by one, and added up in one order (block_sums.h).
 #pragma once
 
 #include <cstddef>
@@ -56,8 +57,7 @@ struct NearestPlane {
   float unmeasured[3];                     ///< Where points lie that are none.
   std::uint8_t no_depth, no_plane, first;  ///< Labels: of what is no measurement, of what is on no plane, and of the first plane.
 };
-/// Of each point the label of the plane that is nearest to it, of equals the first. Sums are rounded alike for every instruction
-/// set, so that all give the same labels.
+/// Of each point the label of the plane that is nearest to it, of equals the first.
 void label_points(const float* x, const float* y, const float* z, std::size_t n, const NearestPlane& rule, std::uint8_t* labels);
 
 /// Where a point lies in a grid: along each axis the index is trunc(coordinate * per_leaf + offset), which must lie in

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/block_sums.h"
 #include "kernels/points.h"
 
 namespace fransac::kernels::ref {
@@ -51,30 +52,33 @@ std::uint32_t count_inliers(const float* x, const float* y, const float* z, std:
 }
 
 Msac msac(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane, float threshold) {
-  Msac result{0.0F, 0};
+  BlockSum<float, kBlock> gain;
+  std::uint32_t inliers = 0;
   const float per_threshold = 1.0F / threshold;
   for (std::size_t i = 0; i < n; ++i) {
     const float r = residual(plane, x[i], y[i], z[i]);
     if (!(std::abs(r) <= threshold)) continue;
     const float share = r * per_threshold;
-    result.gain += 1.0F - share * share;
-    ++result.inliers;
+    gain.add(i, 1.0F - share * share);
+    ++inliers;
   }
-  return result;
+  return {gain.total(), inliers};
 }
 
 InlierMoments inlier_moments(const float* x, const float* y, const float* z, std::size_t n, const PlaneF& plane,
                              float threshold) {
   InlierMoments m{};
+  BlockSum<double, kBlock / 2> sums[9];
   for (std::size_t i = 0; i < n; ++i) {
     if (!(std::abs(residual(plane, x[i], y[i], z[i])) <= threshold)) continue;
     const double px = static_cast<double>(x[i]);
     const double py = static_cast<double>(y[i]);
     const double pz = static_cast<double>(z[i]);
     const double terms[9] = {px, py, pz, px * px, px * py, px * pz, py * py, py * pz, pz * pz};
-    for (int k = 0; k < 9; ++k) m.sums[k] += terms[k];
+    for (int k = 0; k < 9; ++k) sums[k].add(i, terms[k]);
     ++m.count;
   }
+  for (int k = 0; k < 9; ++k) m.sums[k] = sums[k].total();
   return m;
 }
 

@@ -13,6 +13,7 @@
 
 #include "hwy/highway.h"
 #include "kernels/bits.h"
+#include "kernels/block_sums.h"
 #include "kernels/rows.h"
 
 #ifndef FRANSAC_KERNELS_ROWS_TABLE_
@@ -49,6 +50,20 @@ using FloatTag = hn::CappedTag<float, kBlock>;
 using IntTag = hn::RebindToSigned<FloatTag>;
 using Float = hn::Vec<FloatTag>;
 
+/// Vectors of a block.
+inline constexpr std::size_t kParts = kBlock / hn::MaxLanes(FloatTag());
+
+/// Calls body(u, part) for the columns of one vector after the other, which is the part-th of its block.
+template <class Body>
+HWY_INLINE void ForEachVector(std::size_t n, const Body& body) {
+  for (std::size_t u = 0; u < n; u += kBlock) {
+    for (std::size_t part = 0; part < kParts; ++part) body(u + part * hn::MaxLanes(FloatTag()), part);
+  }
+}
+
+/// a b + c with two roundings: rows.cc is compiled without contraction, and so all targets give the same.
+HWY_INLINE Float MulThenAdd(Float a, Float b, Float c) { return hn::Add(hn::Mul(a, b), c); }
+
 HWY_INLINE Float LoadRaw(const std::uint16_t* HWY_RESTRICT raw) {
   return hn::ConvertTo(FloatTag(), hn::PromoteTo(IntTag(), hn::LoadU(hn::Rebind<std::uint16_t, FloatTag>(), raw)));
 }
@@ -60,7 +75,7 @@ class Columns {
   explicit Columns(const Ramp& ramp)
       : base_(hn::Set(FloatTag(), ramp.base)), step_(hn::Set(FloatTag(), ramp.step)), column_(hn::Iota(FloatTag(), 0.0F)) {}
   HWY_INLINE Float Next() {
-    const Float value = hn::MulAdd(step_, column_, base_);
+    const Float value = MulThenAdd(step_, column_, base_);
     column_ = hn::Add(column_, hn::Set(FloatTag(), static_cast<float>(hn::Lanes(FloatTag()))));
     return value;
   }
@@ -75,7 +90,7 @@ class Columns {
 class Distances {
  public:
   explicit Distances(const RowPlane& plane) : product_(plane.ramp), d_(hn::Set(FloatTag(), plane.d)) {}
-  HWY_INLINE Float Next(Float raw) { return hn::MulAdd(raw, product_.Next(), d_); }
+  HWY_INLINE Float Next(Float raw) { return MulThenAdd(raw, product_.Next(), d_); }
 
  private:
   Columns product_;
@@ -98,7 +113,24 @@ class Counter {
   hn::Vec<IntTag> count_;
 };
 
-HWY_INLINE float Total(Float sum) { return hn::GetLane(hn::SumOfLanes(FloatTag(), sum)); }
+/// Sums of vectors, in an order that does not depend on their width (block_sums.h).
+class Sum {
+ public:
+  HWY_INLINE Sum() {
+    for (Float& part : parts_) part = hn::Zero(FloatTag());
+  }
+  HWY_INLINE void Add(std::size_t part, Float values) { parts_[part] = hn::Add(parts_[part], values); }
+  [[nodiscard]] HWY_INLINE float Total() const {
+    alignas(64) float places[kBlock];
+    for (std::size_t part = 0; part < kParts; ++part) {
+      hn::Store(parts_[part], FloatTag(), places + part * hn::MaxLanes(FloatTag()));
+    }
+    return total_of_places<kBlock>(places);
+  }
+
+ private:
+  Float parts_[kParts];
+};
 
 template <class Raw>
 using RawTag = hn::CappedTag<Raw, kBlock>;
@@ -252,16 +284,16 @@ Msac ScoreRow(const Raw* HWY_RESTRICT raw, std::size_t n, const RowPlane& plane)
   const Float one = hn::Set(d, 1.0F);
   Distances distances(plane);
   Counter inliers;
-  Float gain = hn::Zero(d);
-  for (std::size_t u = 0; u < n; u += hn::Lanes(d)) {
+  Sum gain;
+  ForEachVector(n, [&](std::size_t u, std::size_t part) HWY_ATTR {
     const Float value = LoadRaw(raw + u);
     const Float distance = distances.Next(value);
-    const Float share = hn::NegMulAdd(distance, distance, one);
+    const Float share = hn::Sub(one, hn::Mul(distance, distance));
     const auto inlier = hn::And(hn::Ge(share, hn::Zero(d)), hn::Gt(value, hn::Zero(d)));
-    gain = hn::Add(gain, hn::IfThenElseZero(inlier, share));
+    gain.Add(part, hn::IfThenElseZero(inlier, share));
     inliers.Add(inlier);
-  }
-  return {Total(gain), inliers.Total()};
+  });
+  return {gain.Total(), inliers.Total()};
 }
 
 /// Stores the values where the mask is true, 0 elsewhere.
@@ -292,20 +324,20 @@ RowMoments MomentsRow(const Raw* HWY_RESTRICT raw, std::size_t n, const RowPlane
   Distances distances(plane);
   Columns rays(ray);
   Counter inliers;
-  Float z = hn::Zero(d), zz = hn::Zero(d), za = hn::Zero(d), zza = hn::Zero(d), zzaa = hn::Zero(d);
-  for (std::size_t u = 0; u < n; u += hn::Lanes(d)) {
+  Sum z, zz, za, zza, zzaa;
+  ForEachVector(n, [&](std::size_t u, std::size_t part) HWY_ATTR {
     const Float value = LoadRaw(raw + u);
     const auto inlier = hn::And(hn::Le(hn::Abs(distances.Next(value)), t), hn::Gt(value, hn::Zero(d)));
     const Float depth = hn::IfThenElseZero(inlier, value);
     const Float x = hn::Mul(depth, rays.Next());
     inliers.Add(inlier);
-    z = hn::Add(z, depth);
-    zz = hn::MulAdd(depth, depth, zz);
-    za = hn::Add(za, x);
-    zza = hn::MulAdd(depth, x, zza);
-    zzaa = hn::MulAdd(x, x, zzaa);
-  }
-  return {inliers.Total(), Total(z), Total(zz), Total(za), Total(zza), Total(zzaa)};
+    z.Add(part, depth);
+    zz.Add(part, hn::Mul(depth, depth));
+    za.Add(part, x);
+    zza.Add(part, hn::Mul(depth, x));
+    zzaa.Add(part, hn::Mul(x, x));
+  });
+  return {inliers.Total(), z.Total(), zz.Total(), za.Total(), zza.Total(), zzaa.Total()};
 }
 
 HWY_INLINE void StoreLabels(hn::Vec<IntTag> labels, std::uint8_t* HWY_RESTRICT out) {
@@ -338,8 +370,8 @@ void LabelRow(const Raw* HWY_RESTRICT raw, const Raw* HWY_RESTRICT kept, std::si
     auto label = hn::Set(di, 255);
     for (std::size_t p = num_planes; p-- > 0;) {  // backwards, so that the first of equally near ones stays
       const RowPlane& plane = planes[p].plane;
-      const Float product = hn::MulAdd(hn::Set(d, plane.ramp.step), column, hn::Set(d, plane.ramp.base));
-      const Float distance = hn::Abs(hn::MulAdd(value, product, hn::Set(d, plane.d)));
+      const Float product = MulThenAdd(hn::Set(d, plane.ramp.step), column, hn::Set(d, plane.ramp.base));
+      const Float distance = hn::Abs(MulThenAdd(value, product, hn::Set(d, plane.d)));
       const auto nearer = hn::Le(distance, nearest);
       nearest = hn::IfThenElse(nearer, distance, nearest);
       label = hn::IfThenElse(hn::RebindMask(di, nearer), hn::Set(di, planes[p].label), label);
@@ -354,21 +386,21 @@ void LabelRow(const Raw* HWY_RESTRICT raw, const Raw* HWY_RESTRICT kept, std::si
 /// Adds up what pixels of one plane show.
 class Evidence {
  public:
-  HWY_INLINE Evidence() : squared_(hn::Zero(FloatTag())), cubed_(hn::Zero(FloatTag())) {}
+  HWY_INLINE Evidence() {}  // NOLINT(modernize-use-equals-default): that one would miss the instruction set
   template <class Mask>
-  HWY_INLINE void Add(Mask mask, Float raw, Float distance) {
+  HWY_INLINE void Add(std::size_t part, Mask mask, Float raw, Float distance) {
     count_.Add(mask);
     const Float own_distance = hn::IfThenElseZero(mask, distance);
-    squared_ = hn::MulAdd(own_distance, own_distance, squared_);
+    squared_.Add(part, hn::Mul(own_distance, own_distance));
     const Float own_depth = hn::IfThenElseZero(mask, raw);
-    cubed_ = hn::MulAdd(hn::Mul(own_depth, own_depth), own_depth, cubed_);
+    cubed_.Add(part, hn::Mul(hn::Mul(own_depth, own_depth), own_depth));
   }
-  [[nodiscard]] HWY_INLINE RowEvidence Result() const { return {count_.Total(), Total(squared_), Total(cubed_)}; }
+  [[nodiscard]] HWY_INLINE RowEvidence Result() const { return {count_.Total(), squared_.Total(), cubed_.Total()}; }
 
  private:
   Counter count_;
-  Float squared_;
-  Float cubed_;
+  Sum squared_;
+  Sum cubed_;
 };
 
 template <class Raw>
@@ -380,11 +412,11 @@ RowEvidence EvidenceRow(const Raw* HWY_RESTRICT raw, const std::uint8_t* HWY_RES
   const auto own = hn::Set(di, plane.label);
   Distances distances(plane.plane);
   Evidence evidence;
-  for (std::size_t u = 0; u < n; u += hn::Lanes(d)) {
+  ForEachVector(n, [&](std::size_t u, std::size_t part) HWY_ATTR {
     const Float value = LoadRaw(raw + u);
     const auto label = hn::PromoteTo(di, hn::LoadU(d8, labels + u));
-    evidence.Add(hn::RebindMask(d, hn::Eq(label, own)), value, distances.Next(value));
-  }
+    evidence.Add(part, hn::RebindMask(d, hn::Eq(label, own)), value, distances.Next(value));
+  });
   return evidence.Result();
 }
 
@@ -409,13 +441,13 @@ RowEvidence LabelRowOne(const Raw* HWY_RESTRICT raw, const Raw* HWY_RESTRICT kep
   const std::uint8_t label = plane.label;
   Distances distances(plane.plane);
   Evidence evidence;
-  for (std::size_t u = 0; u < n; u += hn::Lanes(d)) {
+  ForEachVector(n, [&](std::size_t u, std::size_t part) HWY_ATTR {
     const Float value = LoadRaw(kept + u);
     const Float distance = distances.Next(value);
     const auto inlier = hn::And(hn::Le(hn::Abs(distance), t), hn::Gt(value, hn::Zero(d)));
     StoreLabelOr255(inlier, label, labels + u);
-    evidence.Add(inlier, value, distance);
-  }
+    evidence.Add(part, inlier, value, distance);
+  });
   ClearUnmeasured(raw, n, labels);
   return evidence.Result();
 }

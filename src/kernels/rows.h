@@ -101,8 +101,8 @@ const RowKernels<float>& row_kernels();
 
 namespace ref {
 void running_sums(const std::uint16_t* raw, std::size_t n, std::uint64_t* sums);
-/// The scalar truth. `keep_range`, `count_measured`, `largest`, `leaf_runs` and `running_sums` agree exactly, the others to
-/// rounding.
+/// The scalar truth, which every instruction set agrees with exactly: products and sums are rounded one by one, and added up in
+/// one order (block_sums.h).
 template <class Raw>
 const RowKernels<Raw>& row_kernels();
 template <>

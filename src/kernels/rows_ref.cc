@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/block_sums.h"
 #include "kernels/rows.h"
 
 namespace fransac::kernels::ref {
@@ -42,6 +43,8 @@ std::size_t leaf_runs(const Raw* raw, std::size_t n, const LeafRow& row, std::ui
   return runs;
 }
 
+using Sum = BlockSum<float, kBlock>;
+
 float value_at(const Ramp& ramp, std::size_t u) { return ramp.base + ramp.step * static_cast<float>(u); }
 
 template <class Raw>
@@ -51,14 +54,15 @@ float distance(const Raw* raw, std::size_t u, const RowPlane& plane) {
 
 template <class Raw>
 Msac score(const Raw* raw, std::size_t n, const RowPlane& plane) {
-  Msac sum{0.0F, 0};
+  Sum gain;
+  std::uint32_t inliers = 0;
   for (std::size_t u = 0; u < n; ++u) {
     const float r = distance(raw, u, plane);
     if (raw[u] == Raw{0} || std::abs(r) > 1.0F) continue;
-    sum.gain += 1.0F - r * r;
-    ++sum.inliers;
+    gain.add(u, 1.0F - r * r);
+    ++inliers;
   }
-  return sum;
+  return {gain.total(), inliers};
 }
 
 template <class Raw>
@@ -68,19 +72,24 @@ void remove(const Raw* raw, std::size_t n, const RowPlane& plane, Raw* left) {
 
 template <class Raw>
 RowMoments moments(const Raw* raw, std::size_t n, const RowPlane& plane, float threshold, const Ramp& ray) {
-  RowMoments m{};
+  std::uint32_t count = 0;
+  Sum sum_z;
+  Sum sum_zz;
+  Sum sum_za;
+  Sum sum_zza;
+  Sum sum_zzaa;
   for (std::size_t u = 0; u < n; ++u) {
     if (raw[u] == Raw{0} || std::abs(distance(raw, u, plane)) > threshold) continue;
     const auto z = static_cast<float>(raw[u]);
     const float x = z * value_at(ray, u);
-    ++m.count;
-    m.z += z;
-    m.zz += z * z;
-    m.za += x;
-    m.zza += z * x;
-    m.zzaa += x * x;
+    ++count;
+    sum_z.add(u, z);
+    sum_zz.add(u, z * z);
+    sum_za.add(u, x);
+    sum_zza.add(u, z * x);
+    sum_zzaa.add(u, x * x);
   }
-  return m;
+  return {count, sum_z.total(), sum_zz.total(), sum_za.total(), sum_zza.total(), sum_zzaa.total()};
 }
 
 template <class Raw>
@@ -101,16 +110,18 @@ void label(const Raw* raw, const Raw* kept, std::size_t n, const LabelPlane* pla
 
 template <class Raw>
 RowEvidence evidence(const Raw* raw, const std::uint8_t* labels, std::size_t n, const LabelPlane& plane) {
-  RowEvidence sum{};
+  std::uint32_t count = 0;
+  Sum squared_distance;
+  Sum cubed_depth;
   for (std::size_t u = 0; u < n; ++u) {
     if (labels[u] != plane.label) continue;
     const auto z = static_cast<float>(raw[u]);
     const float r = distance(raw, u, plane.plane);
-    ++sum.count;
-    sum.squared_distance += r * r;
-    sum.cubed_depth += z * z * z;
+    ++count;
+    squared_distance.add(u, r * r);
+    cubed_depth.add(u, z * z * z);
   }
-  return sum;
+  return {count, squared_distance.total(), cubed_depth.total()};
 }
 
 template <class Raw>

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// `cells` as a whole with each instruction set against the scalar one. Rounding can decide whether a cell belongs to a region,
-// and with it whether a small plane is one; of the pixels all but a few hundredths must not care, and no large plane.
+// Segmentation as a whole with each instruction set against the scalar one. The paper's methods are the same. In `cells` rounding
+// can decide whether a cell belongs to a region, and with it whether a small plane is one; of the pixels all but a few hundredths
+// must not care, and no large plane.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -11,6 +13,7 @@
 #include <utility>
 
 #include "cells.hpp"
+#include "fransac/filter/deproject.hpp"
 #include "hwy/targets.h"
 #include "kernels/targets.hpp"
 
@@ -66,6 +69,49 @@ TEST_P(CellsTargets, AgreeOnRenderedFrames) {
       expect_alike(with_target(GetParam(), units, kCamera), with_target(HWY_SCALAR, units, kCamera));
       const DepthView metres = DepthView::from_float(frame->exact_depth_m.data(), kCamera.width, kCamera.height);
       expect_alike(with_target(GetParam(), metres, kCamera), with_target(HWY_SCALAR, metres, kCamera));
+    }
+  }
+}
+
+void expect_same(const Segmentation& a, const Segmentation& b) {
+  EXPECT_TRUE(a.labels == b.labels);
+  EXPECT_EQ(a.iterations, b.iterations);
+  ASSERT_EQ(a.planes.size(), b.planes.size());
+  for (std::size_t i = 0; i < a.planes.size(); ++i) {
+    EXPECT_EQ(a.planes[i].plane.normal, b.planes[i].plane.normal);
+    EXPECT_EQ(a.planes[i].plane.d, b.planes[i].plane.d);
+    EXPECT_EQ(a.planes[i].inliers, b.planes[i].inliers);
+    EXPECT_EQ(a.planes[i].area_m2, b.planes[i].area_m2);
+    EXPECT_EQ(a.planes[i].rms_m, b.planes[i].rms_m);
+  }
+}
+
+// Planes taken off one by one: a point more or less on the first, and all others would be found elsewhere.
+TEST_P(CellsTargets, ThePapersMethodsGiveTheSameToTheLastBit) {
+  constexpr Camera kCamera{321, 243, 262.5, 262.5, 160.0, 121.0, 5000.0};
+  for (const char* const scene : {"empty_room", "desk", "boxes"}) {
+    const auto frame = synth::render({.scene = scene, .sensor = synth::Sensor::kinect1, .camera = kCamera});
+    ASSERT_TRUE(frame);
+    const DepthView units = testing::view_of(*frame);
+    const DepthView metres = DepthView::from_float(frame->exact_depth_m.data(), kCamera.width, kCamera.height);
+    PointCloud cloud;
+    deproject(units, kCamera, cloud);
+    for (const Method method : {Method::ransac, Method::rransac, Method::voxel_ransac, Method::fransac}) {
+      SCOPED_TRACE(::testing::Message() << scene << ", " << enum_name(method));
+      SegmentOptions options;
+      options.method = method;
+      options.max_planes = 0;
+      const auto all_with = [&](std::int64_t target) {
+        hwy::SetSupportedTargetsForTest(target);
+        return std::array{segment(units, kCamera, options), segment(metres, kCamera, options), segment(cloud, options)};
+      };
+      const auto found = all_with(GetParam());
+      const auto expected = all_with(HWY_SCALAR);
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        ASSERT_TRUE(found[i]);
+        ASSERT_TRUE(expected[i]);
+        expect_same(*found[i], *expected[i]);
+      }
     }
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The row kernels, once per instruction set that this machine has: those that are exact against their scalar twins, those that
-// round, together with their twins, against the same sums in double.
+// The row kernels, once per instruction set that this machine has: against their scalar twins, exactly; those that round,
+// together with their twins, against the same sums in double as well.
 #include "kernels/rows.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
@@ -128,6 +129,43 @@ template <class Raw>
 Raw type_of(const RandomRow<Raw>&);
 template <class Row>
 using RawOf = decltype(type_of(std::declval<Row>()));
+
+TEST_P(Rows, SumsAndLabelsAreThoseOfTheScalarTwins) {
+  for_random_rows(
+      [](const auto& row) {
+        using Raw = RawOf<decltype(row)>;
+        const RowKernels<Raw>& own = row_kernels<Raw>();
+        const RowKernels<Raw>& twin = ref::row_kernels<Raw>();
+        const LabelPlane& one = row.planes.front();
+        const RowPlane in_thresholds{{one.plane.ramp.base * 100.0F, one.plane.ramp.step * 100.0F}, one.plane.d * 100.0F};
+        const Msac score = own.score(row.raw.data(), row.n, in_thresholds);
+        const Msac expected_score = twin.score(row.raw.data(), row.n, in_thresholds);
+        EXPECT_EQ(score.inliers, expected_score.inliers);
+        EXPECT_EQ(score.gain, expected_score.gain);
+        const RowMoments m = own.moments(row.raw.data(), row.n, one.plane, 0.01F, row.ray);
+        const RowMoments e = twin.moments(row.raw.data(), row.n, one.plane, 0.01F, row.ray);
+        EXPECT_EQ(std::tie(m.count, m.z, m.zz, m.za, m.zza, m.zzaa), std::tie(e.count, e.z, e.zz, e.za, e.zza, e.zzaa));
+        std::vector<Raw> left(row.n);
+        std::vector<Raw> expected_left(row.n);
+        own.remove(row.raw.data(), row.n, in_thresholds, left.data());
+        twin.remove(row.raw.data(), row.n, in_thresholds, expected_left.data());
+        EXPECT_EQ(left, expected_left);
+        std::vector<std::uint8_t> labels(row.n);
+        std::vector<std::uint8_t> expected_labels(row.n);
+        const auto expect_same_evidence = [&](const RowEvidence& a, const RowEvidence& b) {
+          EXPECT_EQ(std::tie(a.count, a.squared_distance, a.cubed_depth), std::tie(b.count, b.squared_distance, b.cubed_depth));
+          EXPECT_EQ(labels, expected_labels);
+        };
+        expect_same_evidence(own.label_one(row.raw.data(), row.kept.data(), row.n, one, 0.01F, labels.data()),
+                             twin.label_one(row.raw.data(), row.kept.data(), row.n, one, 0.01F, expected_labels.data()));
+        const auto planes = row.planes.size();
+        own.label(row.raw.data(), row.kept.data(), row.n, row.planes.data(), planes, 0.01F, labels.data());
+        twin.label(row.raw.data(), row.kept.data(), row.n, row.planes.data(), planes, 0.01F, expected_labels.data());
+        expect_same_evidence(own.evidence(row.raw.data(), labels.data(), row.n, one),
+                             twin.evidence(row.raw.data(), labels.data(), row.n, one));
+      },
+      3);
+}
 
 // ---- exact ones ----
 
