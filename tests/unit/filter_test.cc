@@ -328,7 +328,7 @@ TEST(VoxelGrid, PointsInAnyOrderSomeOfThemNoneAreThoseOfTheOthers) {
   }
   VoxelGrid grid;
   VoxelGrid expected;
-  ASSERT_TRUE(voxel_grid(PointsView{points.data(), 3, kSize}, {.leaf_size_m = Vector3d::Constant(0.05), .leaf_of = true}, grid));
+  ASSERT_TRUE(voxel_grid(PointsView{points.data(), kSize, 3}, {.leaf_size_m = Vector3d::Constant(0.05), .leaf_of = true}, grid));
   ASSERT_TRUE(voxel_grid(testing::cloud_of(finite), 0.05, LeafPoint::centroid, expected));
   EXPECT_EQ(grid.point_count, expected.point_count);
   std::size_t k = 0;

@@ -170,7 +170,7 @@ TEST(Segment, OfVeryLargeCloudsASampleIsSearchedAndEveryPointLabelled) {
   std::vector<Vector3d> points;
   for (std::size_t i = 0; i < kPoints; ++i) {
     const Vector3d point = testing::uniform_point(random, -1.0, 1.0);
-    points.push_back(i % 4 == 0 ? point : Vector3d(point.x(), point.y(), 1.5));
+    points.push_back(i % 4 == 0 ? Vector3d(0.1 * point) : Vector3d(point.x(), point.y(), 1.5));
   }
   SegmentOptions options;
   options.method = Method::fransac;
