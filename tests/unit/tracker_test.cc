@@ -174,6 +174,62 @@ TEST(Tracker, WithDriftTheCovarianceSettles) {
   EXPECT_GT(before, 1e-3 * segmentation.planes[0].covariance.trace());  // old frames are forgotten in time
 }
 
+TEST(Tracker, DriftIsWhatIsLeftInTheEnd) {
+  // Of a value that drifts by q a frame and is measured to r, q much smaller, the variance settles at q r.
+  TrackOptions options;
+  options.drift_deg = 0.0;
+  options.drift_m = 1e-4;
+  Tracker tracker(options);
+  const WorldPlane wall = through({0.0, 0.0, 2.0}, {0.0, 0.0, -1.0});
+  const Segmentation segmentation = seen_from(Isometry3d::Identity(), {wall}, {}, 1e-9, 2e-3);
+  double variance = 0.0;
+  for (int i = 0; i < 300; ++i) variance = followed(tracker, segmentation, Isometry3d::Identity()).planes.at(0).covariance(3, 3);
+  EXPECT_NEAR(variance, 1e-4 * 2e-3, 0.1 * 1e-4 * 2e-3);
+}
+
+TEST(Tracker, APlaneMayBeOffByItsOwnError) {
+  // 4 degrees are four times what an exact pose leaves open; the frame says that it knows the normal to 2.
+  const WorldPlane wall = through({0.0, 0.0, 2.0}, {0.0, 0.0, -1.0});
+  const WorldPlane turned = through({0.0, 0.0, 2.0}, {std::sin(radians(4.0)), 0.0, -std::cos(radians(4.0))});
+  for (const double known_deg : {2.0, 0.1}) {
+    Tracker tracker;
+    followed(tracker, seen_from(Isometry3d::Identity(), {wall}, {0}), Isometry3d::Identity());
+    const Segmentation second = seen_from(Isometry3d::Identity(), {turned}, {1}, radians(known_deg), 1e-3);
+    EXPECT_EQ(ids_of(followed(tracker, second, Isometry3d::Identity())), std::vector{known_deg > 1.0 ? 1 : 2}) << known_deg;
+  }
+}
+
+TEST(Tracker, AThingThatMovedHardlyPullsTheCamera) {
+  // A door beside three walls, 3 cm nearer in the second frame. Least squares would put the camera half the way.
+  const WorldPlane door = through({-0.6, 0.0, 3.2}, {0.2, 0.0, -1.0});
+  const WorldPlane moved = through(door.middle + 0.03 * door.normal, door.normal);
+  Tracker tracker;
+  const std::vector<int> strips{0, 1, 2, 3};
+  for (int i = 0; i < 3; ++i) {
+    followed(tracker, seen_from(Isometry3d::Identity(), {kFloor, kWall, kSide, door}, strips, 1e-3, 1e-3));
+  }
+  const TrackedFrame frame =
+      followed(tracker, seen_from(Isometry3d::Identity(), {kFloor, kWall, kSide, moved}, strips, 1e-3, 1e-3));
+  EXPECT_EQ(ids_of(frame), (std::vector{1, 2, 3, 4}));
+  EXPECT_LT(frame.T_world_camera.translation().norm(), 0.006);
+}
+
+TEST(Tracker, WhatContradictsManyFramesCountsForLess) {
+  TrackOptions options;
+  options.drift_deg = 0.0;
+  options.drift_m = 0.0;
+  Tracker tracker(options);
+  const WorldPlane wall = through({0.0, 0.0, 2.0}, {0.0, 0.0, -1.0});
+  const WorldPlane off = through({0.0, 0.0, 2.025}, {0.0, 0.0, -1.0});
+  const Isometry3d T = Isometry3d::Identity();
+  for (int i = 0; i < 20; ++i) followed(tracker, seen_from(T, {wall}, {}, 1e-3, 3e-3), T);
+  const TrackedFrame frame = followed(tracker, seen_from(T, {off}, {}, 1e-3, 3e-3), T);
+  EXPECT_EQ(ids_of(frame), std::vector{1});
+  // A mean of 21 frames would move by 25 mm / 21.
+  EXPECT_GT(frame.planes.at(0).plane.d, 2.0);
+  EXPECT_LT(frame.planes.at(0).plane.d, 2.0 + 0.6 * 0.025 / 21);
+}
+
 TEST(Tracker, ExactPlanesWithoutDriftStayFinite) {
   TrackOptions options;
   options.drift_deg = 0.0;

@@ -124,6 +124,19 @@ TEST(PoseAt, IsTheNearestBesideAGapAndNothingWithinIt) {
   EXPECT_FALSE(pose_at({}, 1.0));
 }
 
+TEST(PoseAt, AGapOfJustTheLongestIsNone) {
+  const std::vector<TimedPose> poses{pose(1.0, 1.0, 0.0), pose(2.0, 2.0, 0.0)};
+  constexpr double kGap = 0.25;
+  expect_pose(pose_at(poses, 0.75, kGap), 1.0, 0.0);
+  expect_pose(pose_at(poses, 1.25, kGap), 1.0, 0.0);
+  expect_pose(pose_at(poses, 1.75, kGap), 2.0, 0.0);
+  expect_pose(pose_at(poses, 2.25, kGap), 2.0, 0.0);
+  for (const double beyond : {std::nextafter(0.75, 0.0), std::nextafter(1.25, 2.0), std::nextafter(1.75, 0.0)}) {
+    EXPECT_FALSE(pose_at(poses, beyond, kGap)) << beyond;
+  }
+  expect_pose(pose_at(poses, 1.5, 0.5), 1.5, 0.0);
+}
+
 TEST(PoseAt, EqualTimesAreNoDivisionByZero) {
   const std::vector<TimedPose> poses{pose(1.0, 1.0, 0.0), pose(1.0, 2.0, 0.0), pose(1.1, 3.0, 0.0)};
   expect_pose(pose_at(poses, 1.0), 1.0, 0.0);
