@@ -131,14 +131,17 @@ void measure_points(const PointCloud& cloud, double cell_m, LabelBuffers& buffer
     const Eigen::Vector3d e2 = n.cross(e1);
     on_plane.clear();
     double squared_distance = 0.0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < cloud.size(); ++i) {
       if (segmentation.labels[i] != segment.id) continue;
       const Eigen::Vector3d local = cloud.local(i);
       on_plane.emplace_back(e1.dot(local), e2.dot(local));
+      sum += local;
       const double distance = segment.plane.signed_distance(cloud.point(i));
       squared_distance += distance * distance;
     }
     segment.inliers = on_plane.size();
+    if (!on_plane.empty()) segment.centroid = sum / static_cast<double>(on_plane.size()) + cloud.origin;
     segment.rms_m = on_plane.empty() ? 0.0 : std::sqrt(squared_distance / static_cast<double>(on_plane.size()));
     segment.area_m2 = on_plane.empty() ? 0.0 : occupied_area(on_plane, cell_m, buffers.cells);
   }
