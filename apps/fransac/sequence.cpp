@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <iterator>
 #include <span>
 #include <utility>
 
@@ -26,6 +27,7 @@ struct Slot {
   std::size_t number = 0;
   std::string name;
   std::optional<double> timestamp_s;
+  io::LoadWorkspace workspace;
   io::Frame frame;     ///< From a file, or
   StreamFrame stream;  ///< from the stream.
   std::string error;   ///< Not empty: the frame is skipped.
@@ -33,14 +35,23 @@ struct Slot {
   std::string text;
 };
 
+/// Of a frame's files those that following it needs: what is true is for others to read.
+io::FrameFiles without_truth(const io::FrameFiles& files) {
+  io::FrameFiles measured = files;
+  measured.labels = measured.objects = measured.regions = measured.truth = std::nullopt;
+  return measured;
+}
+
 /// Where frames come from: files, or a stream.
 class Source {
  public:
-  explicit Source(const std::vector<io::FrameFiles>& files) : files_(&files) {}
+  explicit Source(const std::vector<io::FrameFiles>& files) {
+    std::transform(files.begin(), files.end(), std::back_inserter(files_), without_truth);
+  }
   explicit Source(DepthStream& stream) : stream_(&stream) {}
 
   /// 0 for a stream.
-  [[nodiscard]] std::size_t size() const { return files_ != nullptr ? files_->size() : 0; }
+  [[nodiscard]] std::size_t size() const { return files_.size(); }
   /// Why the stream broke off.
   [[nodiscard]] const std::string& error() const { return error_; }
 
@@ -53,9 +64,9 @@ class Source {
       slot.name = fmt::format("{}", next_);
       slot.timestamp_s = slot.stream.timestamp_s;
     } else {
-      if (next_ == files_->size()) return false;
-      slot.name = (*files_)[next_].name;
-      slot.timestamp_s = (*files_)[next_].timestamp_s;
+      if (next_ == files_.size()) return false;
+      slot.name = files_[next_].name;
+      slot.timestamp_s = files_[next_].timestamp_s;
     }
     ++next_;
     return true;
@@ -64,13 +75,9 @@ class Source {
   void load(Slot& slot) const {
     if (stream_ != nullptr) return;
     const auto start = std::chrono::steady_clock::now();
-    Result<io::Frame> frame = io::load_frame((*files_)[slot.number]);
+    const Status status = io::load_frame(files_[slot.number], std::nullopt, slot.workspace, slot.frame);
     slot.decode_ms = milliseconds_since(start);
-    if (frame) {
-      slot.frame = *std::move(frame);
-    } else {
-      slot.error = frame.error().message;
-    }
+    if (!status) slot.error = status.error().message;
   }
 
   [[nodiscard]] DepthView view(const Slot& slot) const {
@@ -91,7 +98,7 @@ class Source {
     }
   }
 
-  const std::vector<io::FrameFiles>* files_ = nullptr;
+  std::vector<io::FrameFiles> files_;
   DepthStream* stream_ = nullptr;
   std::string error_;
   std::size_t next_ = 0;

@@ -52,7 +52,8 @@ FRANSAC_POINT_BENCH(inlier_moments);
 
 /// The same points side by side, as in PCL.
 void leaf_runs(benchmark::State& state) {
-  constexpr fransac::kernels::Lattice kLattice{{50.0, 50.0, 50.0}, {200.0, 200.0, 0.0}, {0x1.8p25, 0x1.8p25, 0x1.8p25}};
+  constexpr fransac::kernels::Lattice kLattice{
+      .per_leaf = {50.0, 50.0, 50.0}, .offset = {200.0, 200.0, 0.0}, .rounder = {0x1.8p25, 0x1.8p25, 0x1.8p25}};
   constexpr std::size_t kStretch = 256;
   const auto n = static_cast<std::size_t>(state.range(0));
   const fransac::PointCloud cloud = make_cloud(n);

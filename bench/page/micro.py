@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The micro-benchmarks as rows of the results: suites `kernels` and `executors`."""
+"""The micro-benchmarks as rows of the results: suites `kernels`, `decoding` and `executors`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def rows(reports: list[pathlib.Path]) -> list[dict[str, Any]]:
             if run.get("run_type") == "aggregate":
                 continue
             name, *arguments = run["run_name"].removesuffix("/real_time").split("/")
-            suite = "executors" if len(arguments) == 2 else "kernels"
+            suite = "executors" if len(arguments) == 2 else "decoding" if name.startswith("png_") else "kernels"
             points = int(arguments[0]) if arguments else 0
             threads = int(arguments[1]) if len(arguments) == 2 else 1
             found.setdefault((suite, name, points, threads), []).append(run["real_time"] * TO_MS[run["time_unit"]])

@@ -369,6 +369,19 @@ def kernels(results: Results) -> str:
     return table(("kernel", "input", "vectors [µs]", "scalar truth [µs]", ""), lines, left=2) if lines else NOT_MEASURED
 
 
+def decoding(results: Results) -> str:
+    """A depth PNG by the project's decoder and by libspng, for each filter."""
+    found = {row.peer: row for row in results.select(suite="decoding")}
+    lines = []
+    for name, ours in found.items():
+        if name.endswith("_ref"):
+            continue
+        spng = found.get(name + "_ref")
+        quotient = spng.time.median / ours.time.median if spng and spng.time and ours.time else None
+        lines.append([name.removeprefix("png_"), _us(ours), _us(spng), number(quotient, 1, "×")])
+    return table(("filter", "fransac [µs]", "libspng [µs]", ""), lines, left=1) if lines else NOT_MEASURED
+
+
 def executors(results: Results) -> str:
     found = {(row.peer, row.points, row.threads): row for row in results.select(suite="executors")}
     lines = []
@@ -489,6 +502,7 @@ def evaluate_commands(results: Results) -> str:
 
 BLOCKS: dict[str, Callable[[Results], str]] = {
     "kernels": kernels,
+    "decoding": decoding,
     "executors": executors,
     "machine": machine,
     "claims": claims,

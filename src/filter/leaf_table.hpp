@@ -19,7 +19,7 @@ namespace fransac {
 template <class Key>
 class LeafTable {
  public:
-  LeafTable() { slots_.assign(std::size_t{1} << 14, Slot{}); }
+  LeafTable() { slots_.assign(std::size_t{1} << 8, Slot{}); }
 
   /// Forgets all keys.
   void restart() {
@@ -40,7 +40,7 @@ class LeafTable {
   }
 
   std::uint32_t find_or_add(Key key) {
-    if (2 * std::size_t{size_} >= slots_.size()) grow();
+    if (4 * std::size_t{size_} >= slots_.size()) grow();
     Slot& slot = slots_[find(key)];
     // Whether a leaf is new cannot be predicted, so it is no branch.
     const bool is_new = !live(slot);

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "kernels/points.h"
+
 namespace fransac {
 namespace {
 
@@ -63,6 +65,11 @@ void pass_through(const AxisLimits& limits, PointCloud& cloud) {
     // No short circuit: the branch would cost more than the second test.
     return (static_cast<int>(local.keeps(coordinate[i])) & static_cast<int>(finite(i))) != 0;
   });
+}
+
+std::size_t count_measured(const PointCloud& cloud) {
+  const Eigen::Vector3f zero = (-cloud.origin).cast<float>();
+  return kernels::count_measured(cloud.x(), cloud.y(), cloud.z(), cloud.padded_size(), zero.data());
 }
 
 void remove_unmeasured(PointCloud& cloud) {

@@ -46,7 +46,7 @@ Result<Lattice> make_lattice(const kernels::Box& box, std::size_t points, const 
     // The kernel may round the other way (fused multiply-add): half a leaf of slack keeps its last index inside the bits.
     const int axis_bits =
         countable ? static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest + 0.5))) : Lattice::kMostBits + 1;
-    lattice.shift[axis] = bits;
+    lattice.to_index.shift[axis] = static_cast<std::uint64_t>(bits);
     bits += axis_bits;
     if (axis_bits > kMaxBitsPerAxis || bits > Lattice::kMostBits) {
       return too_many_leaves(leaf_size_m[along]);
@@ -58,27 +58,6 @@ Result<Lattice> make_lattice(const kernels::Box& box, std::size_t points, const 
   lattice.bars = bits <= LeafBars::kMostBits && points <= kMostPointsOfBars;
   return lattice;
 }
-
-/// Fewer points are not worth a thread of their own.
-constexpr std::size_t kLeastPart = std::size_t{1} << 17;
-
-/// Points that are looked at together: their runs fit into the first-level cache.
-constexpr std::size_t kStretch = 256;
-
-/// Points with x, y and z side by side, all finite.
-struct Stretch {
-  const float* points;
-  std::size_t stride;
-  std::size_t size;
-  const std::uint32_t* numbers;  ///< Of these among all in the stretch; null: they are all.
-};
-
-/// Where points are made into stretches that do not lie in memory like that.
-struct StretchBuffer {
-  static constexpr std::size_t kStride = 4;
-  std::array<float, kStretch * kStride> points;
-  std::array<std::uint32_t, kStretch> numbers;
-};
 
 /// Points of a cloud, stretch by stretch.
 struct CloudStretches {
@@ -94,7 +73,7 @@ struct CloudStretches {
       point[1] = y[i];
       point[2] = z[i];
     }
-    return {buffer.points.data(), StretchBuffer::kStride, size, nullptr};
+    return {buffer.points.data(), StretchBuffer::kStride, size, nullptr, first};
   }
 };
 
@@ -105,7 +84,7 @@ struct ViewStretches {
 
   Stretch operator()(std::size_t first, std::size_t size, StretchBuffer& buffer) const {
     const float* const from = view.data + first * view.stride;
-    if (finite) return {from, view.stride, size, nullptr};
+    if (finite) return {from, view.stride, size, nullptr, first};
     std::size_t n = 0;
     for (std::size_t i = 0; i < size; ++i) {
       const float* const point = from + i * view.stride;
@@ -113,10 +92,10 @@ struct ViewStretches {
       to[0] = point[0];
       to[1] = point[1];
       to[2] = point[2];
-      buffer.numbers[n] = static_cast<std::uint32_t>(i);
+      buffer.numbers[n] = static_cast<std::uint32_t>(first + i);
       n += static_cast<std::size_t>(((point[0] - point[0]) + (point[1] - point[1])) + (point[2] - point[2]) == 0.0F);
     }
-    return {buffer.points.data(), StretchBuffer::kStride, n, buffer.numbers.data()};
+    return {buffer.points.data(), StretchBuffer::kStride, n, buffer.numbers.data(), first};
   }
 };
 
@@ -127,13 +106,11 @@ class LeavesOfPoints {
     for (std::size_t i = begin; i < end; i += kAtOnce) std::fill_n(leaf_.data() + i, kAtOnce, leaf);
   }
 
-  /// Of the `size` points that the stretch was made of.
-  void copy(const Stretch& stretch, std::size_t size, std::uint32_t* leaf_of) const {
+  void copy(const Stretch& stretch, std::uint32_t* leaf_of) const {
     if (stretch.numbers == nullptr) {
-      std::copy_n(leaf_.data(), size, leaf_of);
+      std::copy_n(leaf_.data(), stretch.size, leaf_of + stretch.first);
       return;
     }
-    std::fill_n(leaf_of, size, VoxelGrid::kNoLeaf);
     for (std::size_t i = 0; i < stretch.size; ++i) leaf_of[stretch.numbers[i]] = leaf_[i];
   }
 
@@ -145,7 +122,7 @@ class LeavesOfPoints {
 /// Numbers of leaves by key.
 class BarNumbers {
  public:
-  explicit BarNumbers(CloudPart& part) : row_(part.bars) {}
+  explicit BarNumbers(LeafBars& bars) : row_(bars) {}
   [[nodiscard]] std::uint32_t leaves() const { return row_.leaves(); }
   std::uint32_t number_of(std::uint64_t key) { return row_.number_of(static_cast<std::uint32_t>(key)); }
 
@@ -156,7 +133,7 @@ class BarNumbers {
 /// The same of keys that are too long for bars.
 class TableNumbers {
  public:
-  explicit TableNumbers(CloudPart& part) : table_(part.table) {}
+  explicit TableNumbers(LeafTable<std::uint64_t>& table) : table_(table) {}
   [[nodiscard]] std::uint32_t leaves() const { return table_.size(); }
   std::uint32_t number_of(std::uint64_t key) { return table_.find_or_add(key); }
 
@@ -164,95 +141,165 @@ class TableNumbers {
   LeafTable<std::uint64_t>& table_;
 };
 
-void restart(const Lattice& lattice, CloudPart& part) {
-  part.count = 0;
-  if (lattice.bars) {
-    part.bars.restart(lattice.key_bits);
-  } else {
-    part.table.restart();
+/// Makes room for as many leaves and one more, those beyond region.count without points.
+void grow(std::size_t leaves, LeafRegion& region) {
+  if (region.leaves.size() <= leaves) {
+    region.keys.resize(2 * leaves + 1);
+    region.first.resize(2 * leaves + 1);
+    region.leaves.resize(2 * leaves + 1);  // last: its size says what there is room for, also after an allocation that failed
   }
+  std::fill(region.leaves.begin() + static_cast<std::ptrdiff_t>(region.count),
+            region.leaves.begin() + static_cast<std::ptrdiff_t>(leaves), CloudLeaf{});
 }
 
-/// Makes room for as many leaves, those beyond part.count without points.
-void grow(std::size_t leaves, CloudPart& part) {
-  if (part.leaves.size() < leaves) {
-    part.keys.resize(2 * leaves);
-    part.leaves.resize(2 * leaves);  // last: its size says what there is room for, also after an allocation that failed
-  }
-  std::fill(part.leaves.begin() + static_cast<std::ptrdiff_t>(part.count),
-            part.leaves.begin() + static_cast<std::ptrdiff_t>(leaves), CloudLeaf{});
-  part.count = leaves;
-}
-
-void add(std::uint64_t key, const CloudLeaf& points, std::uint32_t number, CloudPart& part) {
-  CloudLeaf& leaf = part.leaves[number];
-  for (std::size_t i = 0; i < leaf.sum.size(); ++i) leaf.sum[i] += points.sum[i];
-  part.keys[number] = key;
-}
-
-/// Numbers the leaves of the points [begin, end) and adds their points up, a look-up for each run of neighbours in one leaf.
-/// `leaf_of` is null where nobody wants it.
-template <class Numbers, class Stretches>
-void add_points(const Stretches& stretches, const Lattice& lattice, std::size_t begin, std::size_t end, CloudPart& part,
-                std::uint32_t* leaf_of) {
-  restart(lattice, part);
-  std::array<kernels::LeafRun, kStretch> runs;
+/// Points of a stretch and the keys of their leaves, one by one.
+struct SinglePoints {
+  std::size_t count = 0;
+  std::array<kernels::LeafTerm, kStretch> sums;
   std::array<std::uint64_t, kStretch> keys;
+
+  void read(const Stretch& stretch, const Lattice& lattice) {
+    count = stretch.size;
+    kernels::leaf_terms(stretch.points, stretch.stride, stretch.size, lattice.to_index, sums.data(), keys.data());
+  }
+  [[nodiscard]] static std::size_t begin(std::size_t i) { return i; }
+  [[nodiscard]] static std::size_t end(std::size_t i) { return i + 1; }
+  void add(std::size_t i, CloudLeaf& leaf) const {
+    for (std::size_t k = 0; k < 4; ++k) leaf.sum[k] += sums[i].sum[k];
+  }
+};
+
+/// The same of neighbours in one leaf, run by run.
+struct RunsOfPoints {
+  std::size_t count = 0;
+  std::array<kernels::LeafRun, kStretch + 1> runs{};  ///< The first holds nothing.
+  std::array<std::uint64_t, kStretch> keys;
+
+  void read(const Stretch& stretch, const Lattice& lattice) {
+    count = kernels::leaf_runs(stretch.points, stretch.stride, stretch.size, lattice.to_index, runs.data() + 1);
+    for (std::size_t i = 0; i < count; ++i) keys[i] = lattice.key(runs[i + 1].index);
+  }
+  [[nodiscard]] std::size_t begin(std::size_t i) const { return runs[i].sum[3]; }
+  [[nodiscard]] std::size_t end(std::size_t i) const { return runs[i + 1].sum[3]; }
+  void add(std::size_t i, CloudLeaf& leaf) const {
+    for (std::size_t k = 0; k < 4; ++k) leaf.sum[k] += runs[i + 1].sum[k] - runs[i].sum[k];
+  }
+};
+
+/// What is to be said of each point's leaf, and where.
+struct LeafOf {
+  enum Name { number, first_point } name;  ///< The leaf's number in its region, or the first of its points.
+  std::uint32_t* of_point;                 ///< Null where nobody wants it.
+};
+
+/// Numbers the leaves of the points [begin, end), all of one region, and adds their points up, with a look-up for each item of
+/// `Items`: SinglePoints or RunsOfPoints.
+template <class Items, class Numbers, class Stretches>
+void add_points(const Stretches& stretches, const Lattice& lattice, std::size_t begin, std::size_t end, LeafOf leaf_of,
+                Numbers numbers, LeafRegion& region) {
+  Items items;
   std::array<std::uint32_t, kStretch> leaves;
   StretchBuffer buffer;
   LeavesOfPoints of_points;
-  Numbers numbers(part);
   for (std::size_t first = begin; first < end; first += kStretch) {
-    const std::size_t size = std::min(kStretch, end - first);
-    const Stretch stretch = stretches(first, size, buffer);
-    const std::size_t count = kernels::leaf_runs(stretch.points, stretch.stride, stretch.size, lattice.to_index, runs.data());
-    // Three short loops: the look-ups of several runs are then on their way at once.
-    for (std::size_t i = 0; i < count; ++i) keys[i] = lattice.key(runs[i].index);
-    for (std::size_t i = 0; i < count; ++i) leaves[i] = numbers.number_of(keys[i]);
-    grow(numbers.leaves(), part);
-    CloudLeaf before;
-    for (std::size_t i = 0; i < count; ++i) {
-      CloudLeaf points;
-      for (std::size_t k = 0; k < points.sum.size(); ++k) points.sum[k] = runs[i].sum[k] - before.sum[k];
-      add(keys[i], points, leaves[i], part);
-      if (leaf_of != nullptr) of_points.set(before.count(), runs[i].sum[3], leaves[i]);
-      std::copy_n(runs[i].sum, before.sum.size(), before.sum.begin());
+    const Stretch stretch = stretches(first, std::min(kStretch, end - first), buffer);
+    items.read(stretch, lattice);
+    // Two short loops: the look-ups of several items are then on their way at once.
+    for (std::size_t i = 0; i < items.count; ++i) leaves[i] = numbers.number_of(items.keys[i]);
+    grow(numbers.leaves(), region);
+    std::size_t known = region.count;
+    for (std::size_t i = 0; i < items.count; ++i) {
+      items.add(i, region.leaves[leaves[i]]);
+      // New leaves come in the order of their numbers. Whether one is new cannot be predicted, so it is no branch.
+      region.keys[known] = items.keys[i];
+      region.first[known] = stretch.number(items.begin(i));
+      known += static_cast<std::size_t>(leaves[i] == known);
     }
-    if (leaf_of != nullptr) of_points.copy(stretch, size, leaf_of + first);
+    region.count = known;
+    if (leaf_of.of_point == nullptr) continue;
+    for (std::size_t i = 0; i < items.count; ++i) {
+      of_points.set(items.begin(i), items.end(i), leaf_of.name == LeafOf::number ? leaves[i] : region.first[leaves[i]]);
+    }
+    of_points.copy(stretch, leaf_of.of_point);
   }
 }
 
-/// Adds a part to the first, whose points come before it; `part.number` then says what its leaves are called there.
-template <class Numbers>
-void merge(CloudPart& part, CloudPart& into) {
-  part.number.resize(part.count);
-  Numbers numbers(into);
-  for (std::size_t leaf = 0; leaf < part.count; ++leaf) part.number[leaf] = numbers.number_of(part.keys[leaf]);
-  grow(numbers.leaves(), into);
-  for (std::size_t leaf = 0; leaf < part.count; ++leaf) add(part.keys[leaf], part.leaves[leaf], part.number[leaf], into);
+/// Whether neighbours in the cloud mostly lie in different leaves, by some of them.
+template <class Stretches>
+bool in_any_order(const Stretches& stretches, std::size_t size, const Lattice& lattice) {
+  constexpr std::size_t kLeastPoints = std::size_t{1} << 16;  // the leaves of fewer fit into the second-level cache
+  constexpr std::size_t kLooks = 64;
+  constexpr std::size_t kLength = 64;
+  if (size < kLeastPoints) return false;
+  std::array<kernels::LeafRun, kLength> runs;
+  StretchBuffer buffer;
+  std::size_t points = 0;
+  std::size_t changes = 0;
+  for (std::size_t look = 0; look < kLooks; ++look) {
+    const Stretch stretch = stretches(look * (size / kLooks), kLength, buffer);
+    points += stretch.size;
+    changes += kernels::leaf_runs(stretch.points, stretch.stride, stretch.size, lattice.to_index, runs.data());
+  }
+  return 2 * changes > points;
 }
 
-/// Numbers the leaves and adds up their points: a part of them for each thread, merged in order.
-template <class Numbers, class Stretches>
-void add_points(const Stretches& stretches, std::size_t size, const Lattice& lattice, bool leaf_of, int threads,
-                VoxelGrid& grid) {
-  std::vector<CloudPart>& parts = grid.scratch->parts;
-  grid.leaf_of.resize(leaf_of ? size : 0);
+/// Leaves in the order in which points enter them, looked up point by point.
+template <class Stretches>
+void add_in_order(const Stretches& stretches, std::size_t size, const Lattice& lattice, std::uint32_t* leaf_of,
+                  VoxelGrid::Scratch& work) {
+  LeafRegion& all = work.use_regions(1).front();
+  all.count = 0;
+  const LeafOf number{LeafOf::number, leaf_of};
+  if (lattice.bars) {
+    work.bars.restart(lattice.key_bits);
+    add_points<RunsOfPoints>(stretches, lattice, 0, size, number, BarNumbers(work.bars), all);
+  } else {
+    all.table.restart();
+    add_points<RunsOfPoints>(stretches, lattice, 0, size, number, TableNumbers(all.table), all);
+  }
+}
+
+/// The same leaves bucket by bucket, numbered in the same order at the end.
+template <class Stretches>
+void add_by_buckets(const Stretches& stretches, std::size_t size, Lattice& lattice, std::uint32_t* leaf_of, int threads,
+                    VoxelGrid::Scratch& work) {
+  constexpr std::size_t kAtOnce = std::size_t{1} << 21;  // points; their copies take 32 MiB
+  lattice.bars = false;
+  const std::span<LeafRegion> regions = work.use_regions(PointBuckets::kBuckets);
+  for (LeafRegion& region : regions) {
+    region.count = 0;
+    region.table.restart();
+  }
+  for (std::size_t begin = 0; begin < size; begin += kAtOnce) {
+    work.buckets.sort(stretches, lattice.to_index, begin, std::min(size, begin + kAtOnce), threads);
+    parallel_for(threads, regions.size(), [&](std::size_t i) {
+      const std::size_t first = work.buckets.first_of(i);
+      add_points<SinglePoints>(work.buckets, lattice, first, work.buckets.first_of(i + 1), {LeafOf::first_point, leaf_of},
+                               TableNumbers(regions[i].table), regions[i]);
+    });
+  }
+  work.ranks.restart(size);
+  for (const LeafRegion& region : regions) {
+    for (std::size_t i = 0; i < region.count; ++i) work.ranks.add(region.first[i]);
+  }
+  work.ranks.count_up();
+  if (leaf_of == nullptr) return;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (leaf_of[i] != VoxelGrid::kNoLeaf) leaf_of[i] = work.ranks.of(leaf_of[i]);
+  }
+}
+
+/// Numbers the leaves and adds up their points.
+template <class Stretches>
+void add_points(const Stretches& stretches, std::size_t size, Lattice& lattice, bool leaf_of, int threads, VoxelGrid& grid) {
+  grid.leaf_of.clear();
+  if (leaf_of) grid.leaf_of.resize(size, VoxelGrid::kNoLeaf);
   std::uint32_t* const leaves = leaf_of ? grid.leaf_of.data() : nullptr;
-  const std::size_t worthwhile = std::max<std::size_t>(1, size / kLeastPart);
-  const auto count = std::min(static_cast<std::size_t>(resolve_threads(threads)), worthwhile);
-  parts.resize(std::max(parts.size(), count));
-  const auto begin_of = [&](std::size_t part) { return part == count ? size : part * (size / count); };
-  parallel_for(threads, count,
-               [&](std::size_t i) { add_points<Numbers>(stretches, lattice, begin_of(i), begin_of(i + 1), parts[i], leaves); });
-  for (std::size_t i = 1; i < count; ++i) merge<Numbers>(parts[i], parts.front());
-  if (!leaf_of) return;
-  parallel_for(threads, count - 1, [&](std::size_t i) {
-    const AlignedVector<std::uint32_t>& number = parts[i + 1].number;
-    for (std::size_t p = begin_of(i + 1); p < begin_of(i + 2); ++p) {
-      if (leaves[p] != VoxelGrid::kNoLeaf) leaves[p] = number[leaves[p]];
-    }
-  });
+  if (in_any_order(stretches, size, lattice)) {
+    add_by_buckets(stretches, size, lattice, leaves, threads, *grid.scratch);
+  } else {
+    add_in_order(stretches, size, lattice, leaves, *grid.scratch);
+  }
 }
 
 kernels::Box box_of(const PointCloud& cloud) {
@@ -266,32 +313,31 @@ kernels::Box box_of(const PointCloud& cloud) {
   return box;
 }
 
-void write_leaves(LeafPoint leaf_point, VoxelGrid& grid) {
+void write_leaves(LeafPoint leaf_point, int threads, VoxelGrid& grid) {
   const Lattice& lattice = *grid.scratch->lattice;
-  const CloudPart& all = grid.scratch->parts.front();
-  const std::size_t leaves = all.count;
+  const std::span<const LeafRegion> regions = grid.scratch->regions_in_use();
+  std::size_t leaves = 0;
+  for (const LeafRegion& region : regions) leaves += region.count;
   grid.leaves.resize_uninitialised(leaves);
   grid.leaves.width = static_cast<int>(leaves);
   grid.leaves.height = 1;
   grid.point_count.resize(leaves);
-  float* const x = grid.leaves.x();
-  float* const y = grid.leaves.y();
-  float* const z = grid.leaves.z();
-  for (std::size_t i = 0; i < leaves; ++i) {
-    const CloudLeaf& leaf = all.leaves[i];
-    const auto coordinate = [&](std::size_t axis) {
-      const auto sum = static_cast<double>(static_cast<std::int64_t>(leaf.sum[axis]));
-      return static_cast<float>(sum * lattice.unit[axis] / static_cast<double>(leaf.count()));
-    };
-    x[i] = coordinate(0);
-    y[i] = coordinate(1);
-    z[i] = coordinate(2);
-    grid.point_count[i] = static_cast<std::uint32_t>(leaf.count());
-    grid.points += leaf.count();
-  }
-  if (leaf_point == LeafPoint::centre) {
-    for (std::size_t i = 0; i < leaves; ++i) grid.leaves.set(i, lattice.centre(all.keys[i]).cast<float>());
-  }
+  parallel_for(threads, regions.size(), [&](std::size_t r) {
+    const LeafRegion& region = regions[r];
+    for (std::size_t i = 0; i < region.count; ++i) {
+      const CloudLeaf& leaf = region.leaves[i];
+      const std::size_t number = regions.size() == 1 ? i : grid.scratch->ranks.of(region.first[i]);
+      const auto mean = [&](std::size_t axis) {
+        const auto sum = static_cast<double>(static_cast<std::int64_t>(leaf.sum[axis]));
+        return static_cast<float>(sum * lattice.unit[axis] / static_cast<double>(leaf.sum[3]));
+      };
+      const bool centroid = leaf_point == LeafPoint::centroid;
+      grid.leaves.set(number,
+                      centroid ? Eigen::Vector3f(mean(0), mean(1), mean(2)) : lattice.centre(region.keys[i]).cast<float>());
+      grid.point_count[number] = static_cast<std::uint32_t>(leaf.sum[3]);
+    }
+  });
+  for (const std::uint32_t count : grid.point_count) grid.points += count;
   grid.measured = grid.points;
 }
 
@@ -299,17 +345,13 @@ void write_leaves(LeafPoint leaf_point, VoxelGrid& grid) {
 template <class Stretches>
 Status make_grid(const Stretches& stretches, std::size_t size, const kernels::Box& box, const PointsGridOptions& options,
                  VoxelGrid& grid) {
-  const Result<Lattice> lattice = make_lattice(box, size, grid.leaves.origin, options.leaf_size_m);
+  Result<Lattice> lattice = make_lattice(box, size, grid.leaves.origin, options.leaf_size_m);
   if (!lattice) return lattice.error();
-  if (lattice->bars) {
-    add_points<BarNumbers>(stretches, size, *lattice, options.leaf_of, options.threads, grid);
-  } else {
-    add_points<TableNumbers>(stretches, size, *lattice, options.leaf_of, options.threads, grid);
-  }
+  add_points(stretches, size, *lattice, options.leaf_of, options.threads, grid);
   grid.scratch->lattice = *lattice;
   grid.smallest = lattice->smallest;
   grid.largest = lattice->largest;
-  write_leaves(options.leaf_point, grid);
+  write_leaves(options.leaf_point, options.threads, grid);
   return {};
 }
 
@@ -330,17 +372,23 @@ VoxelGrid& VoxelGrid::operator=(VoxelGrid&&) noexcept = default;
 std::uint32_t VoxelGrid::leaf_at(const Index& index) const {
   if (!scratch->lattice) return kNoLeaf;
   const Lattice& lattice = *scratch->lattice;
-  std::uint64_t key = 0;
-  for (int axis = 0; axis < 3; ++axis) {
+  std::array<std::uint32_t, 3> place{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto along = static_cast<Eigen::Index>(axis);
     // Rounding can put a point at the box's border one leaf beyond it.
-    if (index[axis] < smallest[axis] || index[axis] > largest[axis] + 1) return kNoLeaf;
-    const auto part = static_cast<std::uint64_t>(index[axis] - smallest[axis]);
-    if (part >> lattice.bits(axis) != 0) return kNoLeaf;
-    key |= part << lattice.shift[static_cast<std::size_t>(axis)];
+    if (index[along] < smallest[along] || index[along] > largest[along] + 1) return kNoLeaf;
+    const auto part = static_cast<std::uint64_t>(index[along] - smallest[along]);
+    if (part >> lattice.bits(static_cast<int>(axis)) != 0) return kNoLeaf;
+    place[axis] = static_cast<std::uint32_t>(part);
   }
+  const std::uint64_t key = lattice.key(place.data());
   if (key >> lattice.key_bits != 0) return kNoLeaf;  // along z the key has more bits than there are leaves
-  const CloudPart& all = scratch->parts.front();
-  return (lattice.bars ? all.bars.number_of(static_cast<std::uint32_t>(key)) : all.table.number_of(key)).value_or(kNoLeaf);
+  const std::span<const LeafRegion> regions = scratch->regions_in_use();
+  const LeafRegion& region = regions.size() == 1 ? regions.front() : regions[kernels::bucket_of(place.data())];
+  const std::optional<std::uint32_t> number =
+      lattice.bars ? scratch->bars.number_of(static_cast<std::uint32_t>(key)) : region.table.number_of(key);
+  if (!number) return kNoLeaf;
+  return regions.size() == 1 ? *number : scratch->ranks.of(region.first[*number]);
 }
 
 VoxelGrid::Index VoxelGrid::index_at(const Eigen::Vector3f& local_point) const {
@@ -366,12 +414,14 @@ VoxelGrid::Index VoxelGrid::index_at(const Eigen::Vector3f& local_point) const {
 }
 
 int Lattice::bits(int axis) const {
-  const auto along = static_cast<std::size_t>(axis);
-  return (axis < 2 ? shift[along + 1] : kMostBits) - shift[along];
+  const auto shift = [this](int a) { return static_cast<int>(to_index.shift[static_cast<std::size_t>(a)]); };
+  return (axis < 2 ? shift(axis + 1) : kMostBits) - shift(axis);
 }
 
 std::uint64_t Lattice::index(std::uint64_t leaf_key, int axis) const {
-  return bits(axis) == 0 ? 0 : (leaf_key >> shift[static_cast<std::size_t>(axis)]) & (~std::uint64_t{0} >> (64 - bits(axis)));
+  return bits(axis) == 0
+             ? 0
+             : (leaf_key >> to_index.shift[static_cast<std::size_t>(axis)]) & (~std::uint64_t{0} >> (64 - bits(axis)));
 }
 
 Eigen::Vector3d Lattice::centre(std::uint64_t leaf_key) const {
@@ -407,15 +457,15 @@ Status check_leaf_size(double leaf_size_m) {
 }
 
 Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid, int threads) {
-  return voxel_grid(cloud, Eigen::Vector3d::Constant(leaf_size_m), leaf_point, grid, threads);
+  const auto edges_m = Eigen::Vector3d::Constant(leaf_size_m);
+  return voxel_grid(cloud, {.leaf_size_m = edges_m, .leaf_point = leaf_point, .leaf_of = true, .threads = threads}, grid);
 }
 
-Status voxel_grid(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid,
-                  int threads) try {
-  if (Status status = check_leaf_sizes(leaf_size_m); !status) return status;
+Status voxel_grid(const PointCloud& cloud, const PointsGridOptions& options, VoxelGrid& grid) try {
+  if (Status status = check_leaf_sizes(options.leaf_size_m); !status) return status;
   clear(cloud.origin, grid);
   if (cloud.empty()) return {};
-  return make_grid(CloudStretches{cloud}, cloud.size(), box_of(cloud), {leaf_size_m, leaf_point, true, threads}, grid);
+  return make_grid(CloudStretches{cloud}, cloud.size(), box_of(cloud), options, grid);
 } catch (const std::exception& exception) {
   return caught(exception, [&] { return "voxel grid of " + std::to_string(cloud.size()) + " points"; });
 }

@@ -3,15 +3,19 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "filter/depth_rows.hpp"
 #include "filter/leaf_bars.hpp"
 #include "filter/leaf_table.hpp"
+#include "filter/point_buckets.hpp"
+#include "filter/ranks.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "kernels/points.h"
 
@@ -44,20 +48,15 @@ struct RowBand {
 
 /// The points of one leaf of a cloud: sums of x, y and z in whole numbers (kernels::Lattice), modulo 2^64, and how many there
 /// are.
-struct alignas(32) CloudLeaf {
-  std::array<std::uint64_t, 4> sum{};
+using CloudLeaf = kernels::LeafTerm;
 
-  [[nodiscard]] std::uint64_t count() const { return sum[3]; }
-};
-
-/// Leaves of a stretch of a cloud: numbered by bars where these serve, else by the table.
-struct CloudPart {
-  LeafBars bars;
-  LeafTable<std::uint64_t> table;
-  AlignedVector<CloudLeaf> leaves;    ///< `count` of them, then others.
-  AlignedVector<std::uint64_t> keys;  ///< Their places in the grid, packed.
+/// The leaves of one bucket of points, or of all.
+struct LeafRegion {
+  LeafTable<std::uint64_t> table;      ///< Their numbers, where there are no bars.
+  AlignedVector<CloudLeaf> leaves;     ///< `count` of them, then others.
+  AlignedVector<std::uint64_t> keys;   ///< Their places in the grid, packed.
+  AlignedVector<std::uint32_t> first;  ///< Their first points.
   std::size_t count = 0;
-  AlignedVector<std::uint32_t> number;  ///< What they are called in the whole.
 };
 
 /// The grid over one cloud: along each axis, index = floor(p / leaf) - (smallest index), in as many bits as it needs.
@@ -68,19 +67,16 @@ struct Lattice {
   /// Its rounder makes coordinates multiples of 2^-30 of the largest along their axis. Sums of such numbers are whole, so that
   /// they do not depend on their order and with it on the number of threads.
   kernels::Lattice to_index{};
-  std::array<int, 3> shift{};    ///< Of each axis' index in a key.
   std::array<double, 3> unit{};  ///< Metres, of sums.
   Eigen::Vector3d leaf_size = Eigen::Vector3d::Zero();
   VoxelGrid::Index smallest = VoxelGrid::Index::Zero();
   VoxelGrid::Index largest = VoxelGrid::Index::Zero();
   int key_bits = 0;
-  bool bars = false;  ///< Whether leaves are numbered by LeafBars.
+  bool bars = false;  ///< Whether LeafBars number the leaves, not LeafTable.
 
   /// Indices along this axis fit into so many bits.
   [[nodiscard]] int bits(int axis) const;
-  [[nodiscard]] std::uint64_t key(const std::uint32_t* index) const {
-    return std::uint64_t{index[0]} << shift[0] | std::uint64_t{index[1]} << shift[1] | std::uint64_t{index[2]} << shift[2];
-  }
+  [[nodiscard]] std::uint64_t key(const std::uint32_t* index) const { return kernels::key_of(index, to_index); }
   /// What of a key is the index along this axis.
   [[nodiscard]] std::uint64_t index(std::uint64_t leaf_key, int axis) const;
   /// The middle of a leaf in local coordinates, metres.
@@ -88,11 +84,22 @@ struct Lattice {
 };
 
 struct VoxelGrid::Scratch {
-  std::vector<CloudPart> parts;
+  std::vector<LeafRegion> regions;
+  std::size_t regions_used = 0;  ///< By the last cloud: one, or PointBuckets::kBuckets.
+  LeafBars bars;                 ///< Numbers of the leaves of one region, where keys are short.
+  PointBuckets buckets;
+  Ranks ranks;                     ///< Of leaves by their first points.
   std::optional<Lattice> lattice;  ///< Of the last cloud.
 
   std::vector<RowBand> bands;
   AlignedVector<float> ray_x;
+  [[nodiscard]] std::span<const LeafRegion> regions_in_use() const { return std::span(regions).first(regions_used); }
+  std::span<LeafRegion> use_regions(std::size_t count) {
+    regions.resize(std::max(regions.size(), count));
+    regions_used = count;
+    return std::span(regions).first(count);
+  }
+
   PointCloud cloud;  ///< Of a depth image whose leaves are too many for 32-bit keys.
 };
 

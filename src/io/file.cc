@@ -36,9 +36,9 @@ Result<std::size_t> read_into(const Descriptor& descriptor, const fs::path& file
 }
 
 /// Reads to the end; `expected` is only a guess at the size.
-Result<std::vector<std::byte>> read_all(const Descriptor& descriptor, const fs::path& file, std::size_t expected,
-                                        std::size_t max_bytes) {
-  std::vector<std::byte> bytes(expected);
+Status read_all(const Descriptor& descriptor, const fs::path& file, std::size_t expected, std::size_t max_bytes,
+                std::vector<std::byte>& bytes) {
+  bytes.resize(expected);
   for (std::size_t filled = 0;;) {
     const Result<std::size_t> got = read_into(descriptor, file, std::span(bytes).subspan(filled));
     if (!got) return got.error();
@@ -46,7 +46,7 @@ Result<std::vector<std::byte>> read_all(const Descriptor& descriptor, const fs::
     if (filled > max_bytes) return too_large(file, max_bytes);
     if (filled < bytes.size()) {
       bytes.resize(filled);
-      return bytes;
+      return {};
     }
     bytes.resize(filled + std::max(kReadBlock, filled / 2));
   }
@@ -83,10 +83,18 @@ Result<OpenInput> open_input(const fs::path& file) {
 
 Result<std::vector<std::byte>> read_file(const fs::path& file, std::size_t max_bytes) {
   return guarded(file.native(), [&]() -> Result<std::vector<std::byte>> {
+    std::vector<std::byte> bytes;
+    if (Status status = read_file(file, max_bytes, bytes); !status) return status.error();
+    return bytes;
+  });
+}
+
+Status read_file(const fs::path& file, std::size_t max_bytes, std::vector<std::byte>& bytes) {
+  return guarded(file.native(), [&]() -> Status {
     const Result<OpenInput> input = open_input(file);
     if (!input) return input.error();
     if (input->size > max_bytes) return too_large(file, max_bytes);
-    return read_all(input->descriptor, file, input->size + 1, max_bytes);  // the one more meets the end without growing
+    return read_all(input->descriptor, file, input->size + 1, max_bytes, bytes);  // the one more meets the end without growing
   });
 }
 

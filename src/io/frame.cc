@@ -5,6 +5,7 @@
 #include "fransac/io/camera_json.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/io/file.hpp"
+#include "io/depth_reader.h"
 #include "io/guard.h"
 #include "io/text.h"
 #include "io/truth_json.h"
@@ -100,18 +101,37 @@ Status write_frame_files(const fs::path& folder, const FrameToWrite& frame) {
 
 }  // namespace
 
-Result<Frame> load_frame(const FrameFiles& files, const std::optional<fs::path>& camera_file) {
-  return guarded(files.depth.native(), [&]() -> Result<Frame> {
-    Result<DepthImage> depth = read_depth_png(files.depth, files.limits);
-    if (!depth) return depth.error();
-    const Result<Camera> camera = camera_of(files, camera_file, *depth);
+struct LoadWorkspace::Implementation {
+  DepthReader reader;
+};
+
+LoadWorkspace::LoadWorkspace() noexcept = default;
+LoadWorkspace::LoadWorkspace(LoadWorkspace&&) noexcept = default;
+LoadWorkspace& LoadWorkspace::operator=(LoadWorkspace&&) noexcept = default;
+LoadWorkspace::~LoadWorkspace() = default;
+
+Status load_frame(const FrameFiles& files, const std::optional<fs::path>& camera_file, LoadWorkspace& workspace, Frame& frame) {
+  return guarded(files.depth.native(), [&]() -> Status {
+    if (workspace.implementation_ == nullptr) workspace.implementation_ = std::make_unique<LoadWorkspace::Implementation>();
+    DepthImage depth = std::move(frame.depth);
+    Status status = read_depth_png(files.depth, files.limits, workspace.implementation_->reader, depth);
+    if (!status) return status;
+    const Result<Camera> camera = camera_of(files, camera_file, depth);
     if (!camera) return camera.error();
-    Frame frame{files.name, *camera, *std::move(depth), std::nullopt, std::nullopt, std::nullopt, {}, files.floor};
-    Status status = load_image(files.labels, &read_label_png, files, frame.depth, frame.labels);
+    frame = {files.name, *camera, std::move(depth), std::nullopt, std::nullopt, std::nullopt, {}, files.floor};
+    status = load_image(files.labels, &read_label_png, files, frame.depth, frame.labels);
     if (status) status = load_image(files.objects, &read_object_png, files, frame.depth, frame.objects);
     if (status) status = load_image(files.regions, &read_label_png, files, frame.depth, frame.regions);
     if (status) status = load_truth(files, frame);
-    if (!status) return status.error();
+    return status;
+  });
+}
+
+Result<Frame> load_frame(const FrameFiles& files, const std::optional<fs::path>& camera_file) {
+  return guarded(files.depth.native(), [&]() -> Result<Frame> {
+    LoadWorkspace workspace;
+    Frame frame;
+    if (Status status = load_frame(files, camera_file, workspace, frame); !status) return status.error();
     return frame;
   });
 }

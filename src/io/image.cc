@@ -11,6 +11,8 @@
 #include <utility>
 
 #include "fransac/io/file.hpp"
+#include "io/depth_reader.h"
+#include "io/grey_png.h"
 #include "io/guard.h"
 #include "io/text.h"
 
@@ -20,14 +22,13 @@ namespace {
 // A colour profile or a text in a picture may be as large; a zlib bomb in one ends here.
 constexpr std::size_t kMaxChunkBytes = std::size_t{1} << 24;
 constexpr std::size_t kMaxChunkCacheBytes = std::size_t{1} << 26;
-// Deflate expands no stream by more (zlib technical details, "Maximum Compression Factor").
-constexpr std::uint64_t kMaxDeflateFactor = 1032;
 // A Huffman-coded JPEG spends at least one bit on the mean of each 8 x 8 block (ITU-T T.81, F.1.2.1): 512 pixels a byte.
 constexpr std::uint64_t kMaxJpegPixelsPerByte = 512;
 
-constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
 constexpr std::string_view kPngEnd("\0\0\0\0IEND\xae\x42\x60\x82", 12);  // the last chunk, always the same
 constexpr std::string_view kJpegSignature = "\xff\xd8\xff";
+
+constexpr std::string_view kDepthImage = "a depth image (16-bit greyscale PNG)";
 
 using PngContext = std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)>;
 using JpegDecoder = std::unique_ptr<void, decltype(&tjDestroy)>;
@@ -117,16 +118,25 @@ Result<Image<T>> decode_png(const PngReader& reader, int format, int channels, c
   return image;
 }
 
+/// Greyscale of `wanted`, by the faster decoder where it can; else by libspng, which knows what is wrong.
 template <class T>
-Result<Image<T>> decode_grey_png(std::span<const std::byte> bytes, const ReadLimits& limits, const std::string& name,
-                                 std::string_view wanted) {
+Status decode_grey(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits, std::string_view wanted,
+                   GreyPngDecoder& decoder, Image<T>& image) {
+  if (decoder.decode(bytes, limits, image)) return {};
+  Result<Image<T>> slow = decode_grey_by_spng<T>(bytes, name, limits, wanted);
+  if (!slow) return slow.error();
+  image = *std::move(slow);
+  return {};
+}
+
+template <class T>
+Result<Image<T>> decode_grey(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits,
+                             std::string_view wanted) {
   return guarded(name, [&]() -> Result<Image<T>> {
-    const Result<PngReader> reader = open_png(bytes, limits, name);
-    if (!reader) return reader.error();
-    if (reader->header.color_type != SPNG_COLOR_TYPE_GRAYSCALE || reader->header.bit_depth != 8 * sizeof(T)) {
-      return format_error(name, describe(reader->header) + ", not " + std::string(wanted));
-    }
-    return decode_png<T>(*reader, SPNG_FMT_PNG, 1, name);
+    GreyPngDecoder decoder;
+    Image<T> image;
+    if (Status status = decode_grey(bytes, name, limits, wanted, decoder, image); !status) return status.error();
+    return image;
   });
 }
 
@@ -213,16 +223,38 @@ Status write_image(const std::filesystem::path& file, const Image<T>& image) {
 
 }  // namespace
 
+template <class T>
+Result<Image<T>> decode_grey_by_spng(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits,
+                                     std::string_view wanted) {
+  const Result<PngReader> reader = open_png(bytes, limits, name);
+  if (!reader) return reader.error();
+  if (reader->header.color_type != SPNG_COLOR_TYPE_GRAYSCALE || reader->header.bit_depth != 8 * sizeof(T)) {
+    return format_error(name, describe(reader->header) + ", not " + std::string(wanted));
+  }
+  return decode_png<T>(*reader, SPNG_FMT_PNG, 1, name);
+}
+template Result<LabelImage> decode_grey_by_spng(std::span<const std::byte>, const std::string&, const ReadLimits&,
+                                                std::string_view);
+template Result<DepthImage> decode_grey_by_spng(std::span<const std::byte>, const std::string&, const ReadLimits&,
+                                                std::string_view);
+
 Result<DepthImage> decode_depth_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
-  return decode_grey_png<std::uint16_t>(bytes, limits, name, "a depth image (16-bit greyscale PNG)");
+  return decode_grey<std::uint16_t>(bytes, name, limits, kDepthImage);
 }
 
 Result<LabelImage> decode_label_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
-  return decode_grey_png<std::uint8_t>(bytes, limits, name, "a label image (8-bit greyscale PNG)");
+  return decode_grey<std::uint8_t>(bytes, name, limits, "a label image (8-bit greyscale PNG)");
 }
 
 Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
   return guarded(name, [&]() -> Result<ObjectImage> {
+    const auto widened = [](const LabelImage& narrow) {
+      return ObjectImage{narrow.width, narrow.height, 1, {narrow.pixels.begin(), narrow.pixels.end()}};
+    };
+    GreyPngDecoder decoder;
+    ObjectImage image;
+    if (decoder.decode(bytes, limits, image)) return image;
+    if (LabelImage narrow; decoder.decode(bytes, limits, narrow)) return widened(narrow);
     const Result<PngReader> reader = open_png(bytes, limits, name);
     if (!reader) return reader.error();
     const bool grey = reader->header.color_type == SPNG_COLOR_TYPE_GRAYSCALE;
@@ -232,7 +264,7 @@ Result<ObjectImage> decode_object_png(std::span<const std::byte> bytes, const st
     }
     const Result<LabelImage> narrow = decode_png<std::uint8_t>(*reader, SPNG_FMT_PNG, 1, name);
     if (!narrow) return narrow.error();
-    return ObjectImage{narrow->width, narrow->height, 1, {narrow->pixels.begin(), narrow->pixels.end()}};
+    return widened(*narrow);
   });
 }
 
@@ -246,6 +278,10 @@ Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const 
   });
 }
 
+Status read_depth_png(const std::filesystem::path& file, const ReadLimits& limits, DepthReader& reader, DepthImage& image) {
+  if (Status status = read_file(file, limits.max_decoded_bytes(), reader.file); !status) return status;
+  return decode_grey(std::span<const std::byte>(reader.file), file.string(), limits, kDepthImage, reader.decoder, image);
+}
 Result<DepthImage> read_depth_png(const std::filesystem::path& file, const ReadLimits& limits) {
   return read_image<DepthImage>(file, limits, &decode_depth_png);
 }

@@ -36,6 +36,23 @@ Bounds BoundsOf(const float* HWY_RESTRICT values, std::size_t n) {
   return {hn::GetLane(hn::MinOfLanes(d, min)), hn::GetLane(hn::MaxOfLanes(d, max))};
 }
 
+std::size_t CountMeasured(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
+                          const float* HWY_RESTRICT unmeasured) {
+  const FloatTag d;
+  const Float zero = hn::Zero(d);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    const Float px = hn::Load(d, x + i);
+    const Float py = hn::Load(d, y + i);
+    const Float pz = hn::Load(d, z + i);
+    // 0 times infinity or NaN is NaN.
+    const auto finite = hn::Eq(hn::Add(hn::Add(hn::Mul(px, zero), hn::Mul(py, zero)), hn::Mul(pz, zero)), zero);
+    const auto same = [&](Float p, int axis) HWY_ATTR { return hn::Eq(p, hn::Set(d, unmeasured[axis])); };
+    count += hn::CountTrue(d, hn::AndNot(hn::And(hn::And(same(px, 0), same(py, 1)), same(pz, 2)), finite));
+  }
+  return count;
+}
+
 struct PlaneV {
   explicit PlaneV(const PlaneF& plane)
       : a(hn::Set(FloatTag(), plane.a)),
@@ -124,6 +141,44 @@ InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_REST
   return {inlier_count, {sum(sx), sum(sy), sum(sz), sum(xx), sum(xy), sum(xz), sum(yy), sum(yz), sum(zz)}};
 }
 
+// points.cc is compiled without contraction: no product and sum become one operation here, with one rounding, on some targets.
+void LabelPoints(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
+                 const NearestPlane& rule, std::uint8_t* HWY_RESTRICT labels) {
+  const hn::CappedTag<double, kBlock / 2> dd;
+  const hn::Rebind<float, decltype(dd)> df;
+  const hn::Rebind<std::int32_t, decltype(dd)> di;
+  const hn::Rebind<std::uint8_t, decltype(dd)> du8;
+  const auto zero = hn::Zero(dd);
+  const auto infinity = hn::Set(dd, std::numeric_limits<double>::infinity());
+  const auto threshold = hn::Set(dd, rule.threshold);
+  const auto unmeasured = [&](int axis) HWY_ATTR { return hn::Set(dd, static_cast<double>(rule.unmeasured[axis])); };
+  const auto no_depth = hn::Set(dd, static_cast<double>(rule.no_depth));
+  const auto no_plane = hn::Set(dd, static_cast<double>(rule.no_plane));
+  const auto one = hn::Set(dd, 1.0);
+  for (std::size_t i = 0; i < n; i += hn::Lanes(dd)) {
+    const auto px = hn::PromoteTo(dd, hn::Load(df, x + i));
+    const auto py = hn::PromoteTo(dd, hn::Load(df, y + i));
+    const auto pz = hn::PromoteTo(dd, hn::Load(df, z + i));
+    auto label = no_plane;
+    auto nearest = infinity;
+    auto own = hn::Set(dd, static_cast<double>(rule.first));
+    for (std::size_t k = 0; k < rule.count; ++k) {
+      const PlaneD& p = rule.planes[k];
+      const auto in_plane = hn::Add(hn::Mul(hn::Set(dd, p.a), px), hn::Mul(hn::Set(dd, p.b), py));
+      const auto distance = hn::Abs(hn::Add(in_plane, hn::Add(hn::Mul(hn::Set(dd, p.c), pz), hn::Set(dd, p.d))));
+      const auto nearer = hn::And(hn::Le(distance, threshold), hn::Lt(distance, nearest));
+      nearest = hn::IfThenElse(nearer, distance, nearest);
+      label = hn::IfThenElse(nearer, own, label);
+      own = hn::Add(own, one);
+    }
+    // 0 times infinity or NaN is NaN.
+    const auto finite = hn::Eq(hn::Add(hn::Add(hn::Mul(px, zero), hn::Mul(py, zero)), hn::Mul(pz, zero)), zero);
+    const auto nowhere = hn::And(hn::And(hn::Eq(px, unmeasured(0)), hn::Eq(py, unmeasured(1))), hn::Eq(pz, unmeasured(2)));
+    label = hn::IfThenElse(hn::AndNot(nowhere, finite), label, no_depth);
+    hn::StoreU(hn::DemoteTo(du8, hn::DemoteTo(di, label)), du8, labels + i);
+  }
+}
+
 // A point fills a vector of four: nothing to gain where doubles come in pairs.
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2  // better targets have smaller numbers
 #define FRANSAC_POINT_IS_A_VECTOR 1
@@ -166,6 +221,55 @@ std::size_t LeafRuns(const float* HWY_RESTRICT points, std::size_t stride, std::
   return count;
 #else
   return ref::leaf_runs(points, stride, n, lattice, runs);
+#endif
+}
+
+void LeafTerms(const float* HWY_RESTRICT points, std::size_t stride, std::size_t n, const Lattice& lattice,
+               LeafTerm* HWY_RESTRICT terms, std::uint64_t* HWY_RESTRICT keys) {
+#if FRANSAC_POINT_IS_A_VECTOR
+  const hn::FixedTag<double, 4> dd;
+  const hn::FixedTag<float, 4> df;
+  const hn::FixedTag<std::int32_t, 4> di;
+  const hn::FixedTag<std::uint32_t, 4> du;
+  const hn::FixedTag<std::uint64_t, 4> du64;
+  const auto xyz = hn::FirstN(df, 3);
+  const auto per_leaf = hn::LoadU(dd, lattice.per_leaf);
+  const auto offset = hn::LoadU(dd, lattice.offset);
+  const auto rounder = hn::LoadU(dd, lattice.rounder);
+  const auto shift = hn::LoadU(du64, lattice.shift);
+  alignas(32) constexpr std::uint64_t kCount[4] = {0, 0, 0, 1};
+  const auto zero = hn::Sub(hn::BitCast(du64, rounder), hn::Load(du64, kCount));
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto point = hn::PromoteTo(dd, hn::MaskedLoad(xyz, df, points + i * stride));
+    const auto index = hn::BitCast(du, hn::DemoteTo(di, hn::MulAdd(point, per_leaf, offset)));
+    hn::Store(hn::Sub(hn::BitCast(du64, hn::Add(point, rounder)), zero), du64, terms[i].sum);
+    keys[i] = hn::GetLane(hn::SumOfLanes(du64, hn::Shl(hn::PromoteTo(du64, index), shift)));
+  }
+#else
+  ref::leaf_terms(points, stride, n, lattice, terms, keys);
+#endif
+}
+
+void LeafBuckets(const float* HWY_RESTRICT points, std::size_t stride, std::size_t n, const Lattice& lattice,
+                 std::uint8_t* HWY_RESTRICT buckets) {
+#if FRANSAC_POINT_IS_A_VECTOR
+  const hn::FixedTag<double, 4> dd;
+  const hn::FixedTag<float, 4> df;
+  const hn::FixedTag<std::int32_t, 4> di;
+  const hn::FixedTag<std::uint32_t, 4> du;
+  const auto xyz = hn::FirstN(df, 3);
+  const auto per_leaf = hn::LoadU(dd, lattice.per_leaf);
+  const auto offset = hn::LoadU(dd, lattice.offset);
+  alignas(16) constexpr std::uint32_t kFactors[4] = {kBucketFactors[0], kBucketFactors[1], kBucketFactors[2], 0};
+  const auto factors = hn::Load(du, kFactors);
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto point = hn::PromoteTo(dd, hn::MaskedLoad(xyz, df, points + i * stride));
+    const auto index = hn::BitCast(du, hn::DemoteTo(di, hn::MulAdd(point, per_leaf, offset)));
+    const auto products = hn::Mul(hn::ShiftRight<kCubeBits>(index), factors);
+    buckets[i] = static_cast<std::uint8_t>(hn::GetLane(hn::SumOfLanes(du, products)) >> 24);
+  }
+#else
+  ref::leaf_buckets(points, stride, n, lattice, buckets);
 #endif
 }
 

@@ -120,7 +120,7 @@ void label_image(const DepthView& depth, const Camera& camera, const LabelRule& 
 
 void label_image_by_leaves(const DepthView& depth, const Camera& camera, const VoxelGrid& grid, double threshold_m, int threads,
                            LabelBuffers& buffers, Segmentation& segmentation) {
-  const std::vector<std::uint8_t>& label_of_leaf = leaf_labels(grid.leaves, threshold_m, segmentation.planes, buffers);
+  const std::vector<std::uint8_t>& label_of_leaf = leaf_labels(grid.leaves, threshold_m, segmentation.planes, threads, buffers);
   const auto width = static_cast<std::size_t>(depth.width());
   for (std::size_t i = 0; i < segmentation.labels.size(); ++i) {
     const std::uint32_t leaf = grid.leaf_of[i];

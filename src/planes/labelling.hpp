@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "filter/depth_rows.hpp"
-#include "filter/leaf_table.hpp"
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/camera.hpp"
 #include "fransac/core/depth_image.hpp"
 #include "fransac/filter/pass_through.hpp"
 #include "fransac/filter/voxel_grid.hpp"
 #include "fransac/planes/segment.hpp"
+#include "kernels/points.h"
 #include "planes/image_plane.hpp"
+#include "planes/points_on_plane.hpp"
 
 namespace fransac {
 
@@ -44,8 +45,11 @@ struct LabelBuffers {
   std::vector<LabelTask> tasks;
   AlignedVector<ImagePlane> planes;
   std::vector<std::uint8_t> leaf_labels;
-  std::vector<Eigen::Vector2d> on_plane;
-  LeafTable<std::uint64_t> cells;
+  // Of clouds:
+  std::vector<kernels::PlaneD> planes_of_points;
+  std::vector<PlaneFrame> frames;
+  std::vector<PointsOnPlane> points;
+  std::vector<OccupiedCells> cells;
 };
 
 // A pixel or point gets the plane it is nearest to if that is within the threshold (eq. 1; ties: the smaller label),
@@ -59,19 +63,20 @@ void label_image(const DepthView& depth, const Camera& camera, const LabelRule& 
 void label_image_by_leaves(const DepthView& depth, const Camera& camera, const VoxelGrid& grid, double threshold_m, int threads,
                            LabelBuffers& buffers, Segmentation& segmentation);
 
-void label_points(const PointCloud& cloud, const LabelRule& rule, Segmentation& segmentation);
+void label_points(const PointCloud& cloud, const LabelRule& rule, int threads, LabelBuffers& buffers, Segmentation& segmentation);
 /// The paper's way: `points`, which went into the grid, get the label of their leaf's point.
-void label_leaves(const PointCloud& points, const VoxelGrid& grid, double threshold_m, LabelBuffers& buffers,
+void label_leaves(const PointCloud& points, const VoxelGrid& grid, double threshold_m, int threads, LabelBuffers& buffers,
                   Segmentation& segmentation);
 /// The labels that leaves have; in the buffers.
 const std::vector<std::uint8_t>& leaf_labels(const PointCloud& leaves, double threshold_m,
-                                             const std::vector<PlaneSegment>& planes, LabelBuffers& buffers);
+                                             const std::vector<PlaneSegment>& planes, int threads, LabelBuffers& buffers);
 /// Leaves out planes that hardly any point is near although leaves are: their points are those of two surfaces, and the plane
-/// stands between them. Whether there was one; points are then to be labelled again.
-bool remove_phantoms(const VoxelGrid& grid, double threshold_m, LabelBuffers& buffers, Segmentation& segmentation);
+/// stands between them. Whether there was one; points are then to be labelled again. The grid may hold a sample of the `points`.
+bool remove_phantoms(const VoxelGrid& grid, std::size_t points, double threshold_m, int threads, LabelBuffers& buffers,
+                     Segmentation& segmentation);
 /// Inliers, rms and visible area from the labels. The area is that of the occupied cells of a grid on the plane, whose edge is
 /// doubled from `cell_m` until a cell holds four points on average, so that evenly spread points leave few cells empty; at most
 /// the area of the rectangle around them.
-void measure_points(const PointCloud& cloud, double cell_m, LabelBuffers& buffers, Segmentation& segmentation);
+void measure_points(const PointCloud& cloud, double cell_m, int threads, LabelBuffers& buffers, Segmentation& segmentation);
 
 }  // namespace fransac

@@ -30,7 +30,8 @@ namespace fransac {
 struct Workspace::Impl {
   OrganisedDepth organised;
   CorrectedDepth corrected;
-  PointCloud points;  // a cloud's measured points, then those within the limits
+  PointCloud points;            // of a cloud, those measured and within the limits where not all are, and those drawn of too many
+  std::size_t kept_points = 0;  // before any were drawn
   VoxelGrid grid;
   DepthDataBuffers depth;
   PointCloud remaining;  // what is left after peeling planes off
@@ -283,6 +284,31 @@ struct DepthSource {
   }
 };
 
+/// The most points that are sorted into leaves for the search. Of larger clouds so many are drawn: leaves are to have a few
+/// points each, and a plane that 1 % of them lie on still has ten thousand.
+constexpr std::size_t kMostPointsInGrid = std::size_t{1} << 20;
+
+/// `n` of the cloud's points: one of each stretch of size / n, at a place in it that follows no pattern. May be the same cloud.
+void draw_evenly(const PointCloud& cloud, std::size_t n, PointCloud& drawn) {
+  constexpr std::uint32_t kGolden = 0x9E3779B9;  // 2^32 / golden ratio: its multiples are spread evenly (Knuth, TAOCP 3, 6.4)
+  const std::size_t size = cloud.size();
+  drawn.origin = cloud.origin;
+  drawn.source.clear();
+  if (drawn.size() < n) drawn.resize_uninitialised(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t begin = k * size / n;
+    const std::size_t length = (k + 1) * size / n - begin;
+    const std::uint32_t place = static_cast<std::uint32_t>(k) * kGolden;
+    const std::size_t i = begin + (length * place >> 32);
+    drawn.x()[k] = cloud.x()[i];
+    drawn.y()[k] = cloud.y()[i];
+    drawn.z()[k] = cloud.z()[i];
+  }
+  drawn.resize_uninitialised(n);
+  drawn.width = static_cast<int>(n);
+  drawn.height = 1;
+}
+
 /// Removes points that are a hundred times as far away as the middle 98 % of all reach: whether there were any.
 bool remove_stray_points(PointCloud& cloud) {
   constexpr std::size_t kShare = 100;  // one in so many may lie beyond the middle, on either side
@@ -321,27 +347,37 @@ struct CloudSource {
 
   Status find(const Recipe& recipe, Workspace::Impl& work, StageClock& clock, Segmentation& result) const {
     const SegmentOptions& options = recipe.options;
-    work.points = cloud;
-    work.points.source.clear();  // labels belong to this cloud's points, whatever it was filtered from
-    remove_unmeasured(work.points);
-    result.valid_points = work.points.size();
-    if (Status status = require_points(work.points.size(), kMeasured); !status) return status;
+    result.valid_points = count_measured(cloud);
+    if (Status status = require_points(result.valid_points, kMeasured); !status) return status;
+    const PointCloud* sampled = &cloud;
+    if (result.valid_points < cloud.size() || recipe.limits != nullptr || recipe.labels_from_leaves()) {
+      sampled = &work.points;
+      work.points = cloud;
+      work.points.source.clear();  // labels belong to this cloud's points, whatever it was filtered from
+      remove_unmeasured(work.points);
+    }
     clock.end(Stage::deproject);
     if (recipe.limits != nullptr) {
       pass_through(*recipe.limits, work.points);
       if (Status status = require_points(work.points.size(), kWithinLimits); !status) return status;
       clock.end(Stage::pass_through);
     }
-    const PointCloud* sampled = &work.points;
+    work.kept_points = sampled->size();
     if (recipe.voxel_grid) {
       const VoxelGridOptions& grid = options.voxel_grid;
-      const auto sort_into_leaves = [&] {
-        return voxel_grid(work.points, grid.leaf_size_m, grid.leaf_point, work.grid, options.threads);
-      };
-      Status status = sort_into_leaves();
+      const PointsGridOptions leaves{.leaf_size_m = Eigen::Vector3d::Constant(grid.leaf_size_m),
+                                     .leaf_point = grid.leaf_point,
+                                     .leaf_of = recipe.labels_from_leaves(),
+                                     .threads = options.threads};
+      if (sampled->size() > kMostPointsInGrid && !leaves.leaf_of) {
+        draw_evenly(*sampled, kMostPointsInGrid, work.points);
+        sampled = &work.points;
+      }
+      Status status = voxel_grid(*sampled, leaves, work.grid);
       // A stray point far away must not make the lattice too large for all others.
-      if (!status && status.error().code == ErrorCode::invalid_argument && remove_stray_points(work.points)) {
-        status = sort_into_leaves();
+      if (!status && status.error().code == ErrorCode::invalid_argument) {
+        if (sampled == &cloud) work.points = cloud;
+        if (remove_stray_points(work.points)) status = voxel_grid(work.points, leaves, work.grid);
       }
       if (!status) return status;
       sampled = &work.grid.leaves;
@@ -358,15 +394,16 @@ struct CloudSource {
     if (recipe.labels_from_leaves()) {
       std::vector<PlaneSegment> planes;
       planes.swap(s.planes);
-      label_points(cloud, rule, s);  // without planes: only "no depth" and "no plane"
+      label_points(cloud, rule, recipe.options.threads, work.labels, s);  // without planes: only "no depth" and "no plane"
       planes.swap(s.planes);
-      label_leaves(work.points, work.grid, rule.threshold_m, work.labels, s);
+      label_leaves(work.points, work.grid, rule.threshold_m, recipe.options.threads, work.labels, s);
     } else {
       do {
-        label_points(cloud, rule, s);
-      } while (recipe.voxel_grid && remove_phantoms(work.grid, rule.threshold_m, work.labels, s));
+        label_points(cloud, rule, recipe.options.threads, work.labels, s);
+      } while (recipe.voxel_grid &&
+               remove_phantoms(work.grid, work.kept_points, rule.threshold_m, recipe.options.threads, work.labels, s));
     }
-    measure_points(cloud, recipe.options.voxel_grid.leaf_size_m, work.labels, s);
+    measure_points(cloud, recipe.options.voxel_grid.leaf_size_m, recipe.options.threads, work.labels, s);
   }
 };
 

@@ -14,6 +14,9 @@
 #include "fransac/filter/deproject.hpp"
 #include "fransac/planes/segment.hpp"
 #include "fransac/synth/synth.hpp"
+#if FRANSAC_WITH_IO
+#include "io/grey_png.h"
+#endif
 #include "support.hpp"
 
 // Sanitizers have an operator new of their own.
@@ -159,6 +162,22 @@ struct CloudInput {
     return segment(cloud, options, workspace, segmentation);
   }
 };
+
+#if FRANSAC_WITH_IO
+TEST_F(Allocations, OfDepthPngsLikeThoseBefore) {
+  std::vector<std::vector<std::byte>> files;
+  for (const synth::SynthFrame& frame : stream()) {
+    files.push_back(*io::encode_png(io::DepthImage{frame.camera.width, frame.camera.height, 1, frame.depth}));
+  }
+  io::GreyPngDecoder decoder;
+  io::DepthImage image;
+  const auto decode_all = [&] {
+    for (const auto& file : files) EXPECT_TRUE(decoder.decode(file, {}, image));
+  };
+  decode_all();
+  EXPECT_EQ(allocations_of(decode_all), 0U);
+}
+#endif
 
 TEST_F(Allocations, OfDepthFramesSeenBefore) {
   const std::vector<synth::SynthFrame> frames = stream();

@@ -297,7 +297,16 @@ TEST_F(Failures, OfFilters) {
   expect_no_throw("correct", [&] { return correct(scene().depth, some_distortion(), 0, corrected); });
   VoxelGrid grid;
   expect_no_throw("grid of a cloud", [&] { return voxel_grid(scene().points, 0.05, LeafPoint::centroid, grid, 2); });
-  expect_no_throw("boxes", [&] { return voxel_grid(scene().points, Eigen::Vector3d(0.05, 0.1, 0.2), LeafPoint::centre, grid); });
+  expect_no_throw("boxes", [&] {
+    return voxel_grid(scene().points, {.leaf_size_m = {0.05, 0.1, 0.2}, .leaf_point = LeafPoint::centre, .leaf_of = true}, grid);
+  });
+  RandomStream random = testing::test_random();
+  std::vector<Eigen::Vector3d> anywhere;
+  for (int i = 0; i < 1 << 16; ++i) anywhere.push_back(testing::uniform_point(random, -1.0, 1.0));
+  const PointCloud shuffled = testing::cloud_of(anywhere);
+  expect_no_throw("grid of a shuffled cloud", [&] {
+    return voxel_grid(shuffled, {.leaf_size_m = Eigen::Vector3d::Constant(0.05), .leaf_of = true, .threads = 2}, grid);
+  });
   std::vector<float> xyz(3 * 4000, 1.0F);
   for (std::size_t i = 0; i < xyz.size(); ++i) xyz[i] = static_cast<float>(i % 97) * 0.1F;
   expect_no_throw("grid of a view", [&] {
@@ -504,6 +513,10 @@ TEST_F(FileFailures, OfFrames) {
   expect_no_throw("list", [&] { return io::list_frames(data); });
   const io::Dataset dataset = *io::list_frames(data);
   expect_decoded_without_throw("load", [&] { return io::load_frame(dataset.frames.at(0)); });
+  io::LoadWorkspace workspace;
+  io::Frame loaded;
+  expect_decoded_without_throw("load again",
+                               [&] { return io::load_frame(dataset.frames.at(0), std::nullopt, workspace, loaded); });
   const auto sequence = folder / "freiburg1";
   ASSERT_TRUE(io::write_frame(sequence / "1", frame));
   (void)folder.write("freiburg1/depth.txt", "1.5 1/depth.png\n");
@@ -535,6 +548,8 @@ TEST_F(FileFailures, OfOthers) {
   expect_no_throw("text", [&, &file = path("text")] { return io::write_file(file, std::string_view("some text")); });
   expect_no_throw("bytes", [&, &file = path("bytes")] { return io::write_file(file, std::as_bytes(std::span("some bytes"))); });
   expect_no_throw("read", [&, &file = path("text")] { return io::read_file(file, kMostBytes); });
+  std::vector<std::byte> kept;
+  expect_no_throw("read again", [&, &file = path("text")] { return io::read_file(file, kMostBytes, kept); });
   expect_no_throw(
       "nothing", [&, &file = path("a file that nobody ever wrote")] { return io::read_file(file, kMostBytes); }, ErrorCode::io);
   const OccupancyGrid grid = *occupancy_grid(scene().depth, scene().camera, scene().segmentation, scene().obstacles, {});

@@ -246,6 +246,110 @@ TEST_P(Kernels, LeafRunsByHand) {
   EXPECT_EQ(runs[1].sum[3], 3U);
 }
 
+TEST_P(Kernels, LeafTermsAndBuckets) {
+  RandomStream random = testing::test_random();
+  const Lattice lattice{.per_leaf = {50.0, 25.0, 4.0, 0.0},
+                        .offset = {100.25, 200.5, 8.0, 0.0},
+                        .rounder = {0x1.8p24, 0x1.8p25, 0x1.8p23, 0.0},
+                        .shift = {0, 9, 40, 0}};
+  for (const std::size_t stride : std::initializer_list<std::size_t>{3, 4, 9}) {
+    for (const std::size_t n : std::initializer_list<std::size_t>{0, 1, 2, 17, 256}) {
+      const std::vector<float> points = side_by_side(random, n, stride);
+      AlignedVector<LeafTerm> a(n);
+      AlignedVector<LeafTerm> b(n);
+      AlignedVector<std::uint64_t> keys(n);
+      AlignedVector<std::uint64_t> expected_keys(n);
+      std::vector<std::uint8_t> buckets(n);
+      std::vector<std::uint8_t> expected_buckets(n);
+      leaf_terms(points.data(), stride, n, lattice, a.data(), keys.data());
+      ref::leaf_terms(points.data(), stride, n, lattice, b.data(), expected_keys.data());
+      leaf_buckets(points.data(), stride, n, lattice, buckets.data());
+      ref::leaf_buckets(points.data(), stride, n, lattice, expected_buckets.data());
+      EXPECT_EQ(keys, expected_keys);
+      EXPECT_EQ(buckets, expected_buckets);
+      // Against the kernel of runs, which knows no keys.
+      AlignedVector<LeafRun> runs(n);
+      const std::size_t count = leaf_runs(points.data(), stride, n, lattice, runs.data());
+      std::size_t run = 0;
+      for (std::size_t i = 0; i < n; ++i) {
+        EXPECT_TRUE(std::equal(a[i].sum, a[i].sum + 4, b[i].sum));
+        while (runs[run].sum[3] <= i) ++run;
+        ASSERT_LT(run, count);
+        const auto* const index = runs[run].index;
+        EXPECT_EQ(keys[i], index[0] | std::uint64_t{index[1]} << 9 | std::uint64_t{index[2]} << 40);
+        EXPECT_EQ(buckets[i], bucket_of(index));
+      }
+    }
+  }
+}
+
+TEST_P(Kernels, CountMeasured) {
+  RandomStream random = testing::test_random();
+  for (const std::size_t n : kSizes) {
+    Points p = random_points(random, n, n / 10);
+    const float unmeasured[3] = {0.5F, -1.0F, 0.25F};
+    for (std::size_t i = 0; i < n; i += 7) {
+      p.x[i] = unmeasured[0];
+      p.y[i] = unmeasured[1];
+      if (i % 2 == 0) p.z[i] = unmeasured[2];
+      if (i % 3 == 0) p.y[i] = kInf;
+    }
+    const std::size_t expected = ref::count_measured(p.x.data(), p.y.data(), p.z.data(), n, unmeasured);
+    EXPECT_EQ(count_measured(p.x.data(), p.y.data(), p.z.data(), n, unmeasured), expected);
+  }
+}
+
+TEST_P(Kernels, LabelPoints) {
+  RandomStream random = testing::test_random();
+  for (const std::size_t n : kSizes) {
+    for (const std::size_t count : std::initializer_list<std::size_t>{0, 1, 2, 254}) {
+      Points p = random_points(random, n, n / 10);
+      std::vector<PlaneD> planes;
+      for (std::size_t k = 0; k < count; ++k) {
+        const Eigen::Vector3d normal = testing::unit_vector(random);
+        planes.push_back({normal.x(), normal.y(), normal.z(), testing::uniform(random, -1.0, 1.0)});
+      }
+      if (count == 254) planes[100] = planes[50];  // a tie for all points
+      const NearestPlane rule{planes.data(), count, 0.1, {0.5F, -1.0F, 0.25F}, 0, 255, 1};
+      if (n > 0) {
+        p.x[0] = 0.5F;
+        p.y[0] = -1.0F;
+        p.z[0] = 0.25F;
+        p.x[1] = -kInf;
+      }
+      std::vector<std::uint8_t> labels(n);
+      std::vector<std::uint8_t> expected(n);
+      label_points(p.x.data(), p.y.data(), p.z.data(), n, rule, labels.data());
+      ref::label_points(p.x.data(), p.y.data(), p.z.data(), n, rule, expected.data());
+      EXPECT_EQ(labels, expected);
+      EXPECT_EQ(std::count(labels.begin(), labels.end(), 101), 0);
+      if (n > 0) {
+        EXPECT_EQ(labels[0], 0);
+        EXPECT_EQ(labels[1], 0);
+      }
+    }
+  }
+}
+
+TEST_P(Kernels, LabelsDoNotHangOnRounding) {
+  // Whole millimetres on a threshold of whole millimetres: with other roundings, points would fall to the other side.
+  const PlaneD plane{0.6, 0.0, 0.8, -0.48};
+  Points p;
+  for (int x = 0; x < 64; ++x) {
+    for (int z = 0; z < 64; ++z) {
+      p.x.push_back(static_cast<float>(x) * 0.01F);
+      p.y.push_back(0.0F);
+      p.z.push_back(static_cast<float>(z) * 0.01F);
+    }
+  }
+  const NearestPlane rule{&plane, 1, 0.02, {kNaN, kNaN, kNaN}, 0, 255, 1};
+  std::vector<std::uint8_t> labels(p.n());
+  std::vector<std::uint8_t> expected(p.n());
+  label_points(p.x.data(), p.y.data(), p.z.data(), p.n(), rule, labels.data());
+  ref::label_points(p.x.data(), p.y.data(), p.z.data(), p.n(), rule, expected.data());
+  EXPECT_EQ(labels, expected);
+}
+
 TEST_P(Kernels, BoxOfThreePoints) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   const std::vector<float> points{1, -2, 3, kNan, 0, 0, -1, 5, 2};

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -235,14 +237,14 @@ TEST(VoxelGrid, BoxesOfAnyEdges) {
   VoxelGrid grid;
   const PointCloud cloud =
       testing::cloud_of({{0.5, 0.5, 0.5}, {1.5, 0.25, 0.75}, {0.5, 1.5, 0.5}, {0.5, 0.5, 2.5}, {-0.5, 0, 0}});
-  ASSERT_TRUE(voxel_grid(cloud, Vector3d(2.0, 1.0, 4.0), LeafPoint::centre, grid));
+  ASSERT_TRUE(voxel_grid(cloud, {.leaf_size_m = {2.0, 1.0, 4.0}, .leaf_point = LeafPoint::centre, .leaf_of = true}, grid));
   EXPECT_THAT(grid.leaf_of, ElementsAre(0, 0, 1, 0, 2));
   EXPECT_EQ(grid.leaves.local(0), Vector3d(1.0, 0.5, 2.0));
   EXPECT_EQ(grid.leaves.local(1), Vector3d(1.0, 1.5, 2.0));
   EXPECT_EQ(grid.leaves.local(2), Vector3d(-1.0, 0.5, 2.0));
   EXPECT_EQ(grid.smallest, VoxelGrid::Index(-1, 0, 0));
   EXPECT_EQ(grid.largest, VoxelGrid::Index(0, 1, 0));
-  EXPECT_FALSE(voxel_grid(cloud, Vector3d(1.0, 0.0, 1.0), LeafPoint::centre, grid));
+  EXPECT_FALSE(voxel_grid(cloud, {.leaf_size_m = {1.0, 0.0, 1.0}}, grid));
 }
 
 TEST(VoxelGrid, LeavesByAnIndexBeyondTheLastBit) {
@@ -265,6 +267,74 @@ TEST(VoxelGrid, LeavesByTheirIndex) {
   EXPECT_EQ(grid.index_at({-7.5F, 40.0F, -0.5F}), VoxelGrid::Index(-8, 40, -1));
   EXPECT_EQ(grid.leaf_at(grid.index_at({1e30F, -1e30F, 0.0F})), VoxelGrid::kNoLeaf);
   EXPECT_EQ(VoxelGrid{}.leaf_at({0, 0, 0}), VoxelGrid::kNoLeaf);
+}
+
+// What a map of the points says. Coordinates are multiples of 2^-10 m, so that sums are exact.
+void expect_leaves_of_a_map(const PointCloud& cloud, const VoxelGrid& grid, double leaf_size_m) {
+  std::map<std::array<std::int64_t, 3>, std::uint32_t> numbers;
+  std::vector<Vector3d> sums;
+  std::vector<std::uint32_t> counts;
+  ASSERT_EQ(grid.leaf_of.size(), cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Vector3d point = cloud.local(i);
+    const VoxelGrid::Index index = (point / leaf_size_m).array().floor().cast<std::int64_t>();
+    const auto [leaf, is_new] = numbers.try_emplace({index[0], index[1], index[2]}, static_cast<std::uint32_t>(numbers.size()));
+    if (is_new) {
+      sums.emplace_back(0, 0, 0);
+      counts.push_back(0);
+      ASSERT_EQ(grid.leaf_at(index), leaf->second);
+    }
+    sums[leaf->second] += point;
+    ++counts[leaf->second];
+    ASSERT_EQ(grid.leaf_of[i], leaf->second) << i;
+  }
+  ASSERT_EQ(grid.leaves.size(), counts.size());
+  EXPECT_TRUE(std::equal(counts.begin(), counts.end(), grid.point_count.begin()));
+  EXPECT_EQ(grid.points, cloud.size());
+  for (std::size_t leaf = 0; leaf < counts.size(); ++leaf) {
+    const Vector3d mean = sums[leaf] / counts[leaf];
+    ASSERT_LT((grid.leaves.local(leaf) - mean).norm(), 1e-6) << leaf;
+  }
+}
+
+TEST(VoxelGrid, PointsInAnyOrderGiveTheLeavesOfAMap) {
+  RandomStream random = testing::test_random();
+  VoxelGrid grid;  // one for all: what a larger cloud left must not matter
+  // The first too small to be sorted into buckets, the last sorted in two goes.
+  for (const std::size_t size : {std::size_t{5000}, std::size_t{100001}, (std::size_t{1} << 21) + 77, std::size_t{70000}}) {
+    std::vector<Vector3d> points;
+    for (std::size_t i = 0; i < size; ++i) {
+      const auto coordinate = [&] { return static_cast<double>(random.below(4096)) / 1024.0 - 2.0; };
+      points.emplace_back(coordinate(), coordinate(), 0.25 * coordinate());
+    }
+    const PointCloud cloud = testing::cloud_of(points);
+    for (const int threads : {1, 3}) {
+      ASSERT_TRUE(voxel_grid(cloud, 0.0625, LeafPoint::centroid, grid, threads));
+      expect_leaves_of_a_map(cloud, grid, 0.0625);
+    }
+  }
+}
+
+TEST(VoxelGrid, PointsInAnyOrderSomeOfThemNoneAreThoseOfTheOthers) {
+  RandomStream random = testing::test_random();
+  constexpr std::size_t kSize = 80000;
+  std::vector<float> points;
+  std::vector<Vector3d> finite;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    const Vector3d point = testing::uniform_point(random, -1.0, 1.0);
+    const bool none = random.below(5) == 0;
+    for (int axis = 0; axis < 3; ++axis) points.push_back(none ? kNaN : static_cast<float>(point[axis]));
+    if (!none) finite.push_back(point);
+  }
+  VoxelGrid grid;
+  VoxelGrid expected;
+  ASSERT_TRUE(voxel_grid(PointsView{points.data(), 3, kSize}, {.leaf_size_m = Vector3d::Constant(0.05), .leaf_of = true}, grid));
+  ASSERT_TRUE(voxel_grid(testing::cloud_of(finite), 0.05, LeafPoint::centroid, expected));
+  EXPECT_EQ(grid.point_count, expected.point_count);
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    ASSERT_EQ(grid.leaf_of[i], std::isnan(points[3 * i]) ? VoxelGrid::kNoLeaf : expected.leaf_of[k++]);
+  }
 }
 
 TEST(VoxelGrid, TheWholeCloudInOneLeaf) {

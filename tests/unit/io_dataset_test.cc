@@ -129,6 +129,28 @@ TEST(Frame, RoundTripKeepsEverything) {
   }
 }
 
+TEST(Frame, IsLoadedIntoTheMemoryOfTheLast) {
+  const TemporaryFolder folder;
+  FrameToWrite written = whole_frame();
+  ASSERT_TRUE(write_frame(folder / "1", written).ok());
+  std::reverse(written.depth.pixels.begin(), written.depth.pixels.end());
+  written.labels = {};
+  written.objects = {};
+  written.true_planes = {};
+  ASSERT_TRUE(write_frame(folder / "2", written).ok());
+  const auto dataset = list_frames(folder.path());
+  ASSERT_TRUE(dataset.ok()) << dataset.error().message;
+  LoadWorkspace workspace;
+  Frame frame;
+  ASSERT_TRUE(load_frame(dataset->frames[0], std::nullopt, workspace, frame).ok());
+  EXPECT_TRUE(frame.labels && frame.objects && !frame.true_planes.empty());
+  const auto* const memory = frame.depth.pixels.data();
+  ASSERT_TRUE(load_frame(dataset->frames[1], std::nullopt, workspace, frame).ok());
+  EXPECT_EQ(frame.depth.pixels.data(), memory);
+  EXPECT_EQ(frame.depth.pixels, written.depth.pixels);
+  EXPECT_FALSE(frame.labels || frame.objects || !frame.true_planes.empty());
+}
+
 TEST(Frame, TruthCountsPixelsThatHaveDepth) {
   const TemporaryFolder folder;
   ASSERT_TRUE(write_frame(folder.path(), whole_frame()).ok());

@@ -164,6 +164,33 @@ TEST(Segment, AStrayPointFarAwayLeavesTheOthersTheirPlane) {
   EXPECT_FALSE(segment(testing::cloud_of(points), tiny));
 }
 
+TEST(Segment, OfVeryLargeCloudsASampleIsSearchedAndEveryPointLabelled) {
+  RandomStream random = testing::test_random();
+  constexpr std::size_t kPoints = 1200000;  // more than are sorted into leaves
+  std::vector<Vector3d> points;
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const Vector3d point = testing::uniform_point(random, -1.0, 1.0);
+    points.push_back(i % 4 == 0 ? point : Vector3d(point.x(), point.y(), 1.5));
+  }
+  SegmentOptions options;
+  options.method = Method::fransac;
+  const PointCloud cloud = testing::cloud_of(points);
+  const Result<Segmentation> found = segment(cloud, options);
+  ASSERT_TRUE(found);
+  ASSERT_EQ(found->planes.size(), 1U);
+  EXPECT_EQ(found->valid_points, kPoints);
+  EXPECT_NEAR(found->planes[0].plane.d, 1.5, 1e-4);
+  EXPECT_EQ(found->planes[0].inliers, kPoints / 4 * 3);
+  EXPECT_NEAR(found->planes[0].area_m2, 4.0, 0.05);
+  for (std::size_t i = 0; i < kPoints; ++i) ASSERT_EQ(found->labels[i], i % 4 == 0 ? kLabelNoPlane : kLabelFirst);
+  options.threads = 3;
+  const Result<Segmentation> in_threads = segment(cloud, options);
+  ASSERT_TRUE(in_threads);
+  EXPECT_EQ(in_threads->planes[0].plane.normal, found->planes[0].plane.normal);
+  EXPECT_EQ(in_threads->planes[0].area_m2, found->planes[0].area_m2);
+  EXPECT_EQ(in_threads->planes[0].rms_m, found->planes[0].rms_m);
+}
+
 TEST(Segment, AreaOfACloudIsAboutItsSquares) {
   RandomStream random = testing::test_random();
   std::vector<Vector3d> points;

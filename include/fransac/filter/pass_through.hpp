@@ -41,6 +41,9 @@ struct LocalLimits {
 /// `cloud.source` then names the input's points; the cloud is no longer organised.
 void pass_through(const AxisLimits& limits, PointCloud& cloud);
 
+/// How many of the points are measurements (PointCloud::measured).
+std::size_t count_measured(const PointCloud& cloud);
+
 /// Removes the points that are no measurements (PointCloud::measured); `cloud.source` then names the input's points.
 void remove_unmeasured(PointCloud& cloud);
 

@@ -60,17 +60,17 @@ struct VoxelGrid {
 /// the cloud's leaves apart.
 /// Reuses the grid's memory. `threads`: 0 all cores; never changes the answer.
 Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid, int threads = 1);
-/// The same with boxes whose edges along x, y and z have these lengths.
-Status voxel_grid(const PointCloud& cloud, const Eigen::Vector3d& leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid,
-                  int threads = 1);
 
-/// How the voxel grid of points in somebody else's memory is made.
+/// How the voxel grid of points is made.
 struct PointsGridOptions {
   Eigen::Vector3d leaf_size_m = Eigen::Vector3d::Constant(0.02);  ///< Edges of a leaf along x, y and z.
   LeafPoint leaf_point = LeafPoint::centroid;                     ///< The point that stands for it.
   bool leaf_of = false;                                           ///< Whether to fill VoxelGrid::leaf_of, which takes time.
   int threads = 1;                                                ///< 0: all cores. Never changes the answer.
 };
+
+/// The same with boxes whose edges along x, y and z have any lengths, and with leaf_of only where it is asked for.
+Status voxel_grid(const PointCloud& cloud, const PointsGridOptions& options, VoxelGrid& grid);
 
 /// The same as of the cloud of those points that are finite, several times faster than by way of one: points are read where they
 /// are. The others are in no leaf. Errors: also a view without data or with a stride below 3 (invalid_argument).

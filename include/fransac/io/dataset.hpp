@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -99,6 +100,23 @@ struct Frame {
 /// regions and truth. Camera and images must have the depth image's size. `floor` is what truth.json says, else what dataset.json
 /// does.
 Result<Frame> load_frame(const FrameFiles& files, const std::optional<std::filesystem::path>& camera_file = std::nullopt);
+
+/// Memory that load_frame keeps from frame to frame. One thread at a time.
+class LoadWorkspace {
+ public:
+  LoadWorkspace() noexcept;  ///< Takes no memory yet.
+  LoadWorkspace(LoadWorkspace&&) noexcept;
+  LoadWorkspace& operator=(LoadWorkspace&&) noexcept;
+  ~LoadWorkspace();
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;  ///< Null until the first frame.
+  friend Status load_frame(const FrameFiles&, const std::optional<std::filesystem::path>&, LoadWorkspace&, Frame&);
+};
+/// The same into `frame`, whose depth image's memory is used again; after an error it is not to be used.
+Status load_frame(const FrameFiles& files, const std::optional<std::filesystem::path>& camera_file, LoadWorkspace& workspace,
+                  Frame& frame);
 
 /// What labels mean the same in.
 enum class LabelScope {

@@ -16,6 +16,8 @@ namespace fransac::io {
 /// Reads a whole regular file, or a stream that is named as the process's own open file: /dev/stdin, /dev/fd/3. Errors name the
 /// file. Folders, pipes and devices behind other names, which may never end, and files above `max_bytes` are refused.
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& file, std::size_t max_bytes);
+/// The same into `bytes`, whose memory is used again.
+Status read_file(const std::filesystem::path& file, std::size_t max_bytes, std::vector<std::byte>& bytes);
 
 /// A file that is written piece by piece and has its name only when it is whole: until commit() the bytes are in a temporary of
 /// its folder, which a failure or the end of this object removes. What a process that was killed leaves is removed by the next

@@ -163,12 +163,12 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
   Status make_grid() {
     const ::pcl::PointCloud<PointT>& input = *this->input_;
     const ::pcl::Indices* const indices = this->fake_indices_ ? nullptr : this->indices_.get();
-    const int threads = threads_ < 0 ? 1 : threads_;
-    const Eigen::Vector3d leaf_size_m = leaf_size_.cast<double>();
+    const PointsGridOptions options{
+        .leaf_size_m = leaf_size_.cast<double>(), .leaf_of = averages_all_fields(), .threads = threads_ < 0 ? 1 : threads_};
     const std::optional<PointsView> in_place = detail::view_of(input);
     gathered_ = indices != nullptr || !field_.empty() || !in_place;
     if (!gathered_) {
-      return voxel_grid(*in_place, {.leaf_size_m = leaf_size_m, .leaf_of = averages_all_fields(), .threads = threads}, grid_);
+      return voxel_grid(*in_place, options, grid_);
     }
     if (field_.empty()) {
       detail::read(input, indices, points_);
@@ -177,7 +177,7 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
       detail::read(
           input, indices, [&](std::size_t i) { return keeps(field.read(input[i])); }, points_);
     }
-    return voxel_grid(points_, leaf_size_m, LeafPoint::centroid, grid_, threads);
+    return voxel_grid(points_, options, grid_);
   }
 
   /// Limits themselves are kept either way, and so is NaN, as in PCL.
