@@ -228,7 +228,7 @@ nlohmann::ordered_json evidence_to_json(const PlaneEvidence& evidence) {
 }
 
 nlohmann::ordered_json plane_to_json(const PlaneSegment& segment, Method method) {
-  const bool cells = method == Method::cells;  // the others know no evidence, no centroid and no covariance
+  const bool cells = method == Method::cells;  // the others know no evidence and no covariance
   return {{"id", segment.id},
           {"normal", vector_to_json(segment.plane.normal)},
           {"d", segment.plane.d},
@@ -238,7 +238,7 @@ nlohmann::ordered_json plane_to_json(const PlaneSegment& segment, Method method)
           {"area_m2", segment.area_m2},
           {"confidence", segment.confidence},
           {"evidence", cells ? evidence_to_json(segment.evidence) : nullptr},
-          {"centroid", cells ? vector_to_json(segment.centroid) : nullptr},
+          {"centroid", segment.centroid.isZero(0.0) ? nullptr : vector_to_json(segment.centroid)},
           {"kind", enum_name(segment.kind)},
           {"covariance", cells ? matrix_to_json(segment.covariance) : nullptr},
           {"iterations", segment.iterations},
@@ -270,7 +270,7 @@ nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input
   json["height"] = segmentation.height;
   json["planes"] = nlohmann::ordered_json::array();
   for (const PlaneSegment& plane : segmentation.planes) json["planes"].push_back(plane_to_json(plane, segmentation.method));
-  if (command.obstacles.asked) json["obstacles"] = obstacles_to_json(found.obstacles);
+  if (command.obstacles.asked) json["obstacles"] = obstacles_to_json(segmentation, found.obstacles);
   if (command.outlines) {
     const Camera& camera = std::get<io::Frame>(content).camera;
     const auto of_planes = outlines(segmentation, camera);
@@ -279,6 +279,9 @@ nlohmann::ordered_json to_json(const SegmentCommand& command, const Input& input
   }
   json["up"] = segmentation.up ? vector_to_json(*segmentation.up) : nullptr;
   json["up_source"] = enum_name(segmentation.up_source);
+  json["up_sigma_rad"] =
+      segmentation.up_source == UpSource::estimated ? nlohmann::ordered_json(segmentation.up_sigma_rad) : nullptr;
+  json["sensor_position"] = segmentation.sensor_position ? vector_to_json(*segmentation.sensor_position) : nullptr;
   const bool cells = segmentation.method == Method::cells;  // the others know no errors of the sensor
   json["noise"] = cells ? noise_to_json(segmentation.noise) : nullptr;
   json["slow_noise"] = cells ? noise_to_json(segmentation.slow_noise) : nullptr;
@@ -421,6 +424,7 @@ struct SegmentRun {
   const SegmentCommand& command;
   const Input& input;
   Table table = plane_table(input);
+  Table supports_table = support_table(input.is_folder_of_frames());
   Table obstacles_table = obstacle_table(input.is_folder_of_frames(), input.is_cloud());
   Progress progress = Progress(input.size());
   Workspace workspace{};
@@ -464,19 +468,23 @@ struct SegmentRun {
   void add_rows(std::size_t i) {
     add_planes(table, input, i, found.segmentation);
     const auto frame = input.is_folder_of_frames() ? std::optional(input.frames[i].name) : std::nullopt;
+    if (!command.obstacles.asked) return;
+    add_support(supports_table, frame, found.segmentation, found.obstacles);
     add_obstacles(obstacles_table, frame, found.obstacles);
   }
 
-  /// What was looked for in vain.
+  /// What was looked for in vain, and what is in doubt.
   void explain(std::size_t i, const Content& content) {
     progress.clear();
     if (found.segmentation.planes.empty()) explain_no_planes(input.name_of(i), content, command.options, found.segmentation);
-    if (command.obstacles.asked && found.obstacles.support.empty()) {
-      log(fmt::format("{}: {}", input.name_of(i), no_support_text(command.obstacles.options.support, found.segmentation)));
-    }
+    if (!command.obstacles.asked) return;
+    const std::string warning = support_warning(command.obstacles.options.support, found.segmentation, found.obstacles);
+    if (!warning.empty()) log(fmt::format("{}: {}", input.name_of(i), warning));
   }
 
-  [[nodiscard]] std::string text() const { return table.text() + (command.obstacles.asked ? "\n" + obstacles_table.text() : ""); }
+  [[nodiscard]] std::string text() const {
+    return table.text() + (command.obstacles.asked ? "\n" + supports_table.text() + "\n" + obstacles_table.text() : "");
+  }
 
   /// A bad frame among several does not stop the others; a standard output that is gone does.
   void frame_of_many(std::size_t i) try { frame(i); } catch (const StdoutFailure&) {
@@ -504,7 +512,7 @@ void run_segment(SegmentCommand& command) {
   SegmentRun run{command, input};
   for (std::size_t i = 0; i < input.size(); ++i) input.is_folder_of_frames() ? run.frame_of_many(i) : run.frame(i);
   run.progress.clear();
-  if (!command.asks_for_output() && run.any_planes) write_stdout(run.text());
+  if (!command.asks_for_output() && (run.any_planes || command.obstacles.asked)) write_stdout(run.text());
   if (run.failed > 0) throw Failure(fmt::format("{}: {} of {} frames failed", input.name, run.failed, input.size()));
 }
 

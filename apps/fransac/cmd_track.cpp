@@ -84,7 +84,9 @@ nlohmann::ordered_json drop_to_json(const Obstacle& obstacle) {
   return json;
 }
 
-void add_obstacles(nlohmann::ordered_json& json, const TrackedFrame& tracked, const Obstacles& found) {
+void add_obstacles(nlohmann::ordered_json& json, const TrackedFrame& tracked, const Segmentation& segmentation,
+                   const Obstacles& found) {
+  add_support(json, segmentation, found);
   json["objects"] = nlohmann::ordered_json::array();
   json["drops"] = nlohmann::ordered_json::array();
   for (const TrackedObject& object : tracked.objects) {
@@ -115,7 +117,7 @@ std::string line_of(const FollowedFrame& frame, bool warm_start) {
   for (const TrackedPlane& plane : frame.tracked->planes) {
     json["planes"].push_back(plane_to_json(plane, frame.segmentation->planes[static_cast<std::size_t>(plane.label - 1)]));
   }
-  if (frame.obstacles != nullptr) add_obstacles(json, *frame.tracked, *frame.obstacles);
+  if (frame.obstacles != nullptr) add_obstacles(json, *frame.tracked, *frame.segmentation, *frame.obstacles);
   if (warm_start) json["warm"] = frame.warm;
   json["timing_ms"] = times_to_json(frame);
   return to_text(json, -1);

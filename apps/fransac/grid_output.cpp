@@ -32,7 +32,7 @@ void check_place(const std::filesystem::path& base, RunFiles& files) {
 
 void write_grid(const GridRequest& request, const std::filesystem::path& base, const io::Frame& frame,
                 const Segmentation& segmentation, const Obstacles& obstacles, Outputs& outputs) {
-  if (!request.asked() || obstacles.support.empty()) return;
+  if (!request.asked()) return;
   const OccupancyGrid grid = unwrap(occupancy_grid(frame.view(), frame.camera, segmentation, obstacles, request.options));
   const io::RosMap map = unwrap(io::encode_ros_map(base, grid));
   outputs.write(std::filesystem::path(base) += ".pgm", map.pgm);

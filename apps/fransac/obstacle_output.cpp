@@ -3,8 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 
 #include "fransac/core/labels.hpp"
 #include "fransac/io/overlay.hpp"
@@ -21,6 +25,35 @@ nlohmann::ordered_json box_to_json(const UprightBox& box) {
 /// The x, y and z axes.
 nlohmann::ordered_json ground_to_json(const GroundFrame& ground) {
   return {{"origin", vector_to_json(ground.origin)}, {"axes", matrix_to_json(ground.axes.transpose())}};
+}
+
+/// "floor", "horizontal" …; empty without a support.
+std::string kind_of_support(const Segmentation& segmentation, const Obstacles& found) {
+  if (found.support.empty()) return {};
+  return std::string(enum_name(segmentation.planes[static_cast<std::size_t>(found.support.front() - kLabelFirst)].kind));
+}
+
+std::string why(const Obstacles& found) {
+  const std::string advice = found.support_reason == SupportReason::up_unknown ? ": try --up" : "";
+  return std::string(reason_text(found.support_reason)) + advice;
+}
+
+/// Empty without a doubt.
+std::string doubt_text(const Segmentation& segmentation, const Obstacles& found) {
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  switch (found.support_doubt) {
+    case SupportDoubt::none: return {};
+    case SupportDoubt::up_unknown: return "nothing tells what is up";
+    case SupportDoubt::tilted: {
+      const double cosine =
+          std::min(1.0, std::abs(found.support_plane.normal.dot(segmentation.up.value_or(Eigen::Vector3d::Zero()))));
+      return fmt::format("it is {:.1f} degrees from level", kDegrees * std::acos(cosine));
+    }
+    case SupportDoubt::up_uncertain:
+      return fmt::format("up is known to {:.1f} degrees only: try --up", kDegrees * segmentation.up_sigma_rad);
+    case SupportDoubt::something_lower: return "something is seen below it, and no floor";
+  }
+  return {};
 }
 
 }  // namespace
@@ -48,13 +81,38 @@ void add_obstacles(Table& table, const std::optional<std::string>& frame, const 
   }
 }
 
-std::string no_support_text(const SupportChoice& support, const Segmentation& segmentation) {
-  const std::size_t planes = segmentation.planes.size();
-  std::string why = fmt::format("planes found: {}", planes);
-  if (planes > 0 && support.kind == SupportKind::floor) why = "no plane is a floor";
-  if (planes > 0 && support.kind == SupportKind::table) why = "no plane is horizontal other than floor and ceiling";
-  if (planes > 0 && support.kind != SupportKind::plane && !segmentation.up) why += ", for nothing tells what is up: try --up";
-  return fmt::format("no support for obstacles (--support {}): {}", support_text(support), why);
+Table support_table(bool frames) {
+  std::vector<std::string> headings{"<support", "<kind", "<why", "<doubt"};
+  if (frames) headings.insert(headings.begin(), "<frame");
+  return Table(std::move(headings));
+}
+
+void add_support(Table& table, const std::optional<std::string>& frame, const Segmentation& segmentation,
+                 const Obstacles& found) {
+  std::vector<std::string> cells{found.support.empty() ? "none" : fmt::format("{}", fmt::join(found.support, " ")),
+                                 kind_of_support(segmentation, found), why(found), doubt_text(segmentation, found)};
+  if (frame) cells.insert(cells.begin(), *frame);
+  table.add(std::move(cells));
+}
+
+std::string support_warning(const SupportChoice& support, const Segmentation& segmentation, const Obstacles& found) {
+  const std::string choice = fmt::format("(--support {})", support_text(support));
+  if (found.support.empty()) {
+    return fmt::format("no support for obstacles {}: {}; all that is seen is an obstacle", choice, why(found));
+  }
+  const std::string doubt = doubt_text(segmentation, found);
+  if (doubt.empty()) return {};
+  return fmt::format("the support of obstacles {} is plane {}, kind {}, in doubt: {}", choice, found.support.front(),
+                     kind_of_support(segmentation, found), doubt);
+}
+
+void add_support(nlohmann::ordered_json& json, const Segmentation& segmentation, const Obstacles& found) {
+  const bool none = found.support.empty();
+  const bool doubtful = found.support_doubt != SupportDoubt::none;
+  json["support"] = none ? nlohmann::ordered_json() : nlohmann::ordered_json(found.support);
+  json["support_kind"] = none ? nlohmann::ordered_json() : nlohmann::ordered_json(kind_of_support(segmentation, found));
+  json["support_reason"] = enum_name(found.support_reason);
+  json["support_doubt"] = doubtful ? nlohmann::ordered_json(enum_name(found.support_doubt)) : nlohmann::ordered_json();
 }
 
 nlohmann::ordered_json obstacle_to_json(const Obstacle& obstacle) {
@@ -70,12 +128,12 @@ nlohmann::ordered_json obstacle_to_json(const Obstacle& obstacle) {
           {"planes", obstacle.planes}};
 }
 
-nlohmann::ordered_json obstacles_to_json(const Obstacles& found) {
+nlohmann::ordered_json obstacles_to_json(const Segmentation& segmentation, const Obstacles& found) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (const Obstacle& obstacle : found.obstacles) objects.push_back(obstacle_to_json(obstacle));
   nlohmann::ordered_json json;
-  json["support"] = found.support;
-  json["ground"] = found.support.empty() ? nullptr : ground_to_json(found.ground);
+  add_support(json, segmentation, found);
+  json["ground"] = ground_to_json(found.ground);
   json["total_ms"] = found.total_ms;
   json["objects"] = std::move(objects);
   return json;

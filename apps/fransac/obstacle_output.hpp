@@ -24,11 +24,19 @@ Table obstacle_table(bool frames, bool cloud = false);
 /// A row per obstacle; `frame` where the table has frames.
 void add_obstacles(Table& table, const std::optional<std::string>& frame, const Obstacles& found);
 
-/// Why there is no support.
-std::string no_support_text(const SupportChoice& support, const Segmentation& segmentation);
+/// Which planes are the support, why, and what speaks against them; with a column of frames' names or without.
+Table support_table(bool frames);
+/// A row; `frame` where the table has frames.
+void add_support(Table& table, const std::optional<std::string>& frame, const Segmentation& segmentation, const Obstacles& found);
+
+/// What a user must know of the support: that there is none, or a doubt; else empty.
+std::string support_warning(const SupportChoice& support, const Segmentation& segmentation, const Obstacles& found);
+
+/// Adds "support" (labels, null without), its kind, the reason and the doubt.
+void add_support(nlohmann::ordered_json& json, const Segmentation& segmentation, const Obstacles& found);
 
 nlohmann::ordered_json obstacle_to_json(const Obstacle& obstacle);
-nlohmann::ordered_json obstacles_to_json(const Obstacles& found);
+nlohmann::ordered_json obstacles_to_json(const Segmentation& segmentation, const Obstacles& found);
 /// Adds the outlines of drops, and of the support as free space. `of_planes`: the segmentation's.
 void add_outlines(nlohmann::ordered_json& json, const Obstacles& found, const std::vector<std::vector<Outline>>& of_planes,
                   const Camera& camera);

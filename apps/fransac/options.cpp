@@ -65,7 +65,7 @@ std::string expected_text(const OptionInfo& info, const T& value) {
   if constexpr (IsOptional<T>::value) {
     return expected_text(info, typename T::value_type{});
   } else if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
-    return "a direction x,y,z, not all 0";
+    return is_position(info) ? "a position x,y,z" : "a direction x,y,z, not all 0";
   } else if constexpr (Named<T>) {
     return "one of " + enum_list<T>();
   } else {
@@ -101,7 +101,7 @@ bool read_value(const OptionInfo& info, const std::string& text, T& value) {
     return true;
   } else if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
     const auto vector = parse_vector(text);
-    if (!vector || !vector->allFinite() || vector->isZero(0.0)) return false;
+    if (!vector || !vector->allFinite() || (!is_position(info) && vector->isZero(0.0))) return false;
     value = *vector;
     return true;
   } else if constexpr (Named<T>) {
@@ -294,8 +294,8 @@ void add_support(CLI::App& app, SupportChoice& support) {
     support = *choice;
   };
   const std::string help =
-      "the plane that obstacles are above or below; auto: the floor, else plane 1; table: the largest "
-      "horizontal plane that is no floor";
+      "the plane that obstacles are above or below; auto: the floor, else as table; table: the surface that things stand on; "
+      "where up is not known neither is found";
   CLI::Option* const option =
       app.add_option_function<std::string>(flag, set, describe({.help = help}, expected, support_text(support)));
   offer_words(option->type_name("NAME|N")->group(kObstacleGroup), support_words());

@@ -173,7 +173,7 @@ class Plane:
 
     @property
     def centroid(self) -> numpy.typing.NDArray[numpy.float64]:
-        """Of the labelled points, metres, shape (3,) (cells; else zero)."""
+        """Of the labelled points, metres, shape (3,) (cells, clouds; else zero)."""
 
     @property
     def covariance(self) -> numpy.typing.NDArray[numpy.float64]:
@@ -210,7 +210,7 @@ class Box:
     def __setstate__(self, arg: bytes, /) -> None: ...
 
 class Obstacle:
-    """What stands on, hangs above or falls away from the plane that carries."""
+    """What stands on, hangs above or falls away from the support."""
 
     @property
     def id(self) -> int:
@@ -304,12 +304,26 @@ class Segmentation:
     @property
     def support(self) -> list[int]:
         """
-        Labels of the planes that carry, the chosen first; empty: none was found, or obstacles were not asked for.
+        Labels of the support's planes, the chosen first; empty: there is none, as support_reason says, and all that is seen is an obstacle; or obstacles were not asked for.
+        """
+
+    @property
+    def support_reason(self) -> str | None:
+        """
+        Why this is the support: 'named', 'floor' or 'surface' (that things stand on); or why there is none: 'no_planes', 'no_such_plane', 'up_unknown', 'no_floor' or 'no_level_plane'. None without obstacles=True.
+        """
+
+    @property
+    def support_doubt(self) -> str | None:
+        """
+        What speaks against the support: 'up_unknown', 'tilted' (by more than a ramp of 1 : 12), 'up_uncertain' (by more than 3 degrees) or 'something_lower' (it stands for the floor, and something is seen below it); else None.
         """
 
     @property
     def ground(self) -> Ground | None:
-        """Coordinates on the support; None without one."""
+        """
+        Coordinates on the support, or without one on a level plane below all that is seen; None without obstacles=True.
+        """
 
     @property
     def residuals(self) -> numpy.typing.NDArray[numpy.float32] | None:
@@ -338,6 +352,18 @@ class Segmentation:
     @property
     def up_source(self) -> str:
         """'given', 'estimated' or 'none'."""
+
+    @property
+    def up_sigma_rad(self) -> float | None:
+        """
+        One sigma of the estimated up's angle, radians; None where up is given or unknown.
+        """
+
+    @property
+    def sensor_position(self) -> numpy.typing.NDArray[numpy.float64] | None:
+        """
+        Where the sensor was, in the input's coordinates, metres, shape (3,); None: unknown.
+        """
 
     @property
     def noise(self) -> dict[str, float] | None:
@@ -382,7 +408,9 @@ class Segmentation:
 
     @property
     def note(self) -> str | None:
-        """Why there is no plane, and what to try; None where there are planes."""
+        """
+        Why there is no plane or no support, and what to try; None where there are planes and, with obstacles=True, a support.
+        """
 
     def __getstate__(self) -> bytes: ...
 
@@ -390,7 +418,7 @@ class Segmentation:
 
     def __repr__(self) -> str: ...
 
-def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None, method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.55, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
+def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None, method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.55, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, sensor_position: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
     """
     Finds the planes of a depth image, and on request its obstacles.
 
@@ -443,10 +471,11 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         prior_angle: by how much a normal may differ from parallel-to and perpendicular-to [degrees]. Default: 10.0
         residuals: cells: keep the distance of every pixel to its plane. Default: False
         up: up in the frame of the camera or cloud, which tells floors from walls; cells estimates it. Default: by the method
+        sensor_position: where the sensor was: floors are below it; of clouds else the PCD's VIEWPOINT [m]. Default: by the method
 
     Options with obstacles=True
     ---------------------------
-        support: the plane that obstacles are above or below; auto: the floor, else plane 1; or a plane's label. Default: 'auto'
+        support: the plane that obstacles are above or below; auto: the floor, else as table; table: the surface that things stand on; or a plane's label. Default: 'auto'
         height_sigmas: noise that is no obstacle, in standard deviations of a pixel's height [sigmas]. Default: 4.0
         least_height: height above the support that is no obstacle [m]. Default: 0.005
         least_drop: depth below the support that is no drop [m]. Default: 0.03
@@ -462,7 +491,7 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         MemoryError: not enough memory.
     """
 
-def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.55, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
+def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.55, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, sensor_position: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
     """
     Finds the planes of a point cloud, and on request its obstacles.
 
@@ -513,10 +542,11 @@ def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'ce
         prior_angle: by how much a normal may differ from parallel-to and perpendicular-to [degrees]. Default: 10.0
         residuals: cells: keep the distance of every pixel to its plane. Default: False
         up: up in the frame of the camera or cloud, which tells floors from walls; cells estimates it. Default: by the method
+        sensor_position: where the sensor was: floors are below it; of clouds else the PCD's VIEWPOINT [m]. Default: by the method
 
     Options with obstacles=True
     ---------------------------
-        support: the plane that obstacles are above or below; auto: the floor, else plane 1; or a plane's label. Default: 'auto'
+        support: the plane that obstacles are above or below; auto: the floor, else as table; table: the surface that things stand on; or a plane's label. Default: 'auto'
         height_sigmas: noise that is no obstacle, in standard deviations of a pixel's height [sigmas]. Default: 4.0
         least_height: height above the support that is no obstacle [m]. Default: 0.005
         least_drop: depth below the support that is no drop [m]. Default: 0.03

@@ -33,9 +33,10 @@ void visit_options(SegmentOptions& options, Visitor&& visit) {
 }
 template <class Visitor>
 void visit_options(ObstacleOptions& options, Visitor&& visit) {
-  visit(
-      OptionInfo{"support", "", "the plane that obstacles are above or below; auto: the floor, else plane 1; or a plane's label"},
-      options.support);
+  visit(OptionInfo{"support", "",
+                   "the plane that obstacles are above or below; auto: the floor, else as table; table: the surface that things "
+                   "stand on; or a plane's label"},
+        options.support);
   for_each_obstacle_option(options, visit);
 }
 template <class Visitor>

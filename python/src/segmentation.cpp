@@ -126,6 +126,14 @@ Status find(const PointCloud& cloud, const Request& request, Work& work, Found& 
   return {};
 }
 
+/// Why there is no support, and what to try; empty where there is one.
+std::string note_on(const Obstacles& found) {
+  if (!found.support.empty()) return {};
+  const char* const advice = found.support_reason == SupportReason::up_unknown ? ": try up" : "";
+  return "no support for obstacles: " + std::string(reason_text(found.support_reason)) + advice +
+         "; all that is seen is an obstacle";
+}
+
 /// Why there is no plane, and what to try; empty where there are.
 std::string note_on(const fransac::Segmentation& found, const SegmentOptions& asked) {
   if (!found.planes.empty()) return {};
@@ -147,6 +155,12 @@ std::string note_on(const fransac::Segmentation& found, const SegmentOptions& as
   return limits.empty() ? note : note + "; " + limits + " may have left planes out";
 }
 
+std::string note_on(const Found& found, const SegmentOptions& asked) {
+  const std::string planes = note_on(found.planes, asked);
+  const std::string support = found.obstacles_asked ? note_on(found.obstacles) : "";
+  return planes + (planes.empty() || support.empty() ? "" : "; ") + support;
+}
+
 PySegmentation segment_depth(nb::handle given_depth, nb::handle given_camera, nb::handle method, nb::handle obstacles,
                              const nb::kwargs& kwargs) {
   const DepthInput depth("depth", given_depth);
@@ -165,7 +179,7 @@ PySegmentation segment_depth(nb::handle given_depth, nb::handle given_camera, nb
     status = find(depth.view(camera.depth_scale, work.depth), request, work, found);
   }
   check(status);
-  found.note = note_on(found.planes, request.options);
+  found.note = note_on(found, request.options);
   return result;
 }
 
@@ -185,7 +199,7 @@ PySegmentation segment_cloud(nb::handle given_points, nb::handle method, nb::han
     status = find(work.cloud, request, work, found);
   }
   check(status);
-  found.note = note_on(found.planes, request.options);
+  found.note = note_on(found, request.options);
   return result;
 }
 
@@ -292,9 +306,9 @@ void archive(Archive& a, Distortion& d) {
 }
 template <class Archive>
 void archive(Archive& a, fransac::Segmentation& s) {
-  archive_all(a, s.method, s.width, s.height, s.labels, s.residuals_m, s.up, s.up_source, s.noise, s.slow_noise, s.bias_m,
-              s.distortion, s.saturated, s.planes, s.valid_points, s.sampled_points, s.iterations, s.rejected, s.degenerate,
-              s.stop_reason, s.timing.stage_ms, s.timing.total_ms);
+  archive_all(a, s.method, s.width, s.height, s.labels, s.residuals_m, s.up, s.up_source, s.up_sigma_rad, s.sensor_position,
+              s.noise, s.slow_noise, s.bias_m, s.distortion, s.saturated, s.planes, s.valid_points, s.sampled_points,
+              s.iterations, s.rejected, s.degenerate, s.stop_reason, s.timing.stage_ms, s.timing.total_ms);
 }
 template <class Archive>
 void archive(Archive& a, UprightBox& box) {
@@ -306,8 +320,8 @@ void archive(Archive& a, Obstacle& o) {
 }
 template <class Archive>
 void archive(Archive& a, Obstacles& o) {
-  archive_all(a, o.support, o.ground.origin, o.ground.axes, o.support_plane, o.width, o.height, o.labels, o.obstacles,
-              o.total_ms);
+  archive_all(a, o.support, o.support_reason, o.support_doubt, o.ground.origin, o.ground.axes, o.support_plane, o.width, o.height,
+              o.labels, o.obstacles, o.total_ms);
 }
 template <class Archive>
 void archive(Archive& a, Camera& c) {
@@ -392,7 +406,8 @@ void bind_plane(nb::module_& m) {
       .def_ro("area_m2", &PlaneSegment::area_m2, "Visible area, square metres.")
       .def_prop_ro(
           "centroid", [](const PlaneSegment& p) { return to_numpy(p.centroid); },
-          nb::sig("def centroid(self) -> " FRANSAC_VECTOR), "Of the labelled points, metres, shape (3,) (cells; else zero).")
+          nb::sig("def centroid(self) -> " FRANSAC_VECTOR),
+          "Of the labelled points, metres, shape (3,) (cells, clouds; else zero).")
       .def_prop_ro(
           "covariance", [](const PlaneSegment& p) { return to_numpy(Eigen::Matrix4d(p.covariance)); },
           nb::sig("def covariance(self) -> " FRANSAC_VECTOR), "Of (normal, d), shape (4, 4), rank 3 (cells; else zero).")
@@ -426,7 +441,7 @@ void bind_obstacle(nb::module_& m) {
           "Length >= width, height; metres, shape (3,).")
       .def_ro("yaw_rad", &UprightBox::yaw_rad, "Of the length against the ground's x, in (-pi/2, pi/2].");
   bind_state(box);
-  nb::class_<Obstacle> obstacle(m, "Obstacle", "What stands on, hangs above or falls away from the plane that carries.");
+  nb::class_<Obstacle> obstacle(m, "Obstacle", "What stands on, hangs above or falls away from the support.");
   obstacle.def_ro("id", &Obstacle::id, "Its number in obstacle_labels, from 1, nearest first.")
       .def_prop_ro(
           "kind", [](const Obstacle& o) { return word(o.kind); }, nb::sig("def kind(self) -> str"),
@@ -492,15 +507,37 @@ void bind_result(nb::module_& m) {
                    "uint16 like labels: 0, or an obstacle's id. None without obstacles=True.")
       .def_prop_ro(
           "support", [](const S& s) { return s.found().obstacles_asked ? s.found().obstacles.support : std::vector<int>(); },
-          "Labels of the planes that carry, the chosen first; empty: none was found, or obstacles were not asked for.")
+          "Labels of the support's planes, the chosen first; empty: there is none, as support_reason says, and all that is seen "
+          "is "
+          "an obstacle; or obstacles were not asked for.")
+      .def_prop_ro(
+          "support_reason",
+          [](const S& s) -> nb::object {
+            if (!s.found().obstacles_asked) return nb::none();
+            return word(s.found().obstacles.support_reason);
+          },
+          nb::sig("def support_reason(self) -> str | None"),
+          "Why this is the support: 'named', 'floor' or 'surface' (that things stand on); or why there is none: 'no_planes', "
+          "'no_such_plane', 'up_unknown', 'no_floor' or 'no_level_plane'. None without obstacles=True.")
+      .def_prop_ro(
+          "support_doubt",
+          [](const S& s) -> nb::object {
+            const Found& found = s.found();
+            if (!found.obstacles_asked || found.obstacles.support_doubt == SupportDoubt::none) return nb::none();
+            return word(found.obstacles.support_doubt);
+          },
+          nb::sig("def support_doubt(self) -> str | None"),
+          "What speaks against the support: 'up_unknown', 'tilted' (by more than a ramp of 1 : 12), 'up_uncertain' (by more than "
+          "3 degrees) or 'something_lower' (it stands for the floor, and something is seen below it); else None.")
       .def_prop_ro(
           "ground",
           [](const S& s) -> nb::object {
             const Found& found = s.found();
-            if (!found.obstacles_asked || found.obstacles.support.empty()) return nb::none();
+            if (!found.obstacles_asked) return nb::none();
             return nb::cast(found.obstacles.ground);
           },
-          nb::sig("def ground(self) -> Ground | None"), "Coordinates on the support; None without one.")
+          nb::sig("def ground(self) -> Ground | None"),
+          "Coordinates on the support, or without one on a level plane below all that is seen; None without obstacles=True.")
       .def_prop_ro("residuals", &residuals_of, nb::sig("def residuals(self) -> numpy.typing.NDArray[numpy.float32] | None"),
                    "Distance of each pixel to its plane, metres, NaN where there is none; None without residuals=True.")
       .def_prop_ro(
@@ -524,6 +561,22 @@ void bind_result(nb::module_& m) {
       .def_prop_ro(
           "up_source", [](const S& s) { return word(s.found().planes.up_source); }, nb::sig("def up_source(self) -> str"),
           "'given', 'estimated' or 'none'.")
+      .def_prop_ro(
+          "up_sigma_rad",
+          [](const S& s) -> nb::object {
+            if (s.found().planes.up_source != UpSource::estimated) return nb::none();
+            return nb::float_(s.found().planes.up_sigma_rad);
+          },
+          nb::sig("def up_sigma_rad(self) -> float | None"),
+          "One sigma of the estimated up's angle, radians; None where up is given or unknown.")
+      .def_prop_ro(
+          "sensor_position",
+          [](const S& s) -> nb::object {
+            const auto& position = s.found().planes.sensor_position;
+            return position ? to_numpy(*position) : nb::none();
+          },
+          nb::sig("def sensor_position(self) -> " FRANSAC_VECTOR " | None"),
+          "Where the sensor was, in the input's coordinates, metres, shape (3,); None: unknown.")
       .def_prop_ro(
           "noise", [](const S& s) { return noise_of(s.found(), s.found().planes.noise); },
           nb::sig("def noise(self) -> dict[str, float] | None"),
@@ -568,7 +621,9 @@ void bind_result(nb::module_& m) {
           [](const S& s) -> nb::object {
             return s.found().note.empty() ? nb::object(nb::none()) : nb::object(nb::cast(s.found().note));
           },
-          nb::sig("def note(self) -> str | None"), "Why there is no plane, and what to try; None where there are planes.")
+          nb::sig("def note(self) -> str | None"),
+          "Why there is no plane or no support, and what to try; None where there are planes and, with obstacles=True, a "
+          "support.")
       .def("__getstate__", [](const S& s) { return saved(s.found()); })
       .def("__setstate__",
            [](S& self, const nb::bytes& state) {

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+import pickle
+
 import numpy
 import pytest
 
@@ -43,10 +45,38 @@ def test_options(desk):
     assert len(big.obstacles) < len(fransac.segment(desk.depth, desk.camera, obstacles=True).obstacles)
 
 
-def test_without_support(wall, camera):
-    found = fransac.segment(wall, camera, obstacles=True, support="table")
-    assert found.support == [] and found.ground is None and found.obstacles == []
-    assert not found.obstacle_labels.any() and found.obstacle_labels.shape == found.labels.shape
+def test_the_support_is_explained(desk):
+    found = fransac.segment(desk.depth, desk.camera, obstacles=True)
+    assert found.support_reason == "floor" and found.support_doubt is None and found.note is None
+    assert 0 < found.up_sigma_rad < 0.1 and numpy.array_equal(found.sensor_position, [0, 0, 0])
+    given = fransac.segment(desk.depth, desk.camera, up=tuple(found.up))
+    assert given.up_sigma_rad is None and given.support_reason is None
+    tilted = fransac.segment(desk.depth, desk.camera, obstacles=True, support=found.support[0], up=(0.3, -1, 0))
+    assert tilted.support_reason == "named" and tilted.support_doubt == "tilted"
+    again = pickle.loads(pickle.dumps(tilted))
+    assert again.support_doubt == "tilted" and numpy.array_equal(again.sensor_position, [0, 0, 0])
+
+
+def test_without_support_all_is_an_obstacle(wall, camera):
+    for up, reason in ((None, "up_unknown"), ((0, -1, 0), "no_level_plane")):
+        found = fransac.segment(wall, camera, obstacles=True, support="table", up=up)
+        assert found.support == [] and found.support_reason == reason and "no support" in found.note
+        assert found.ground is not None and not any(o.contact for o in found.obstacles)
+        assert numpy.array_equal(found.obstacle_labels > 0, found.labels > 0)
+
+
+def test_kinds_follow_from_the_sensors_position_or_from_what_lies_above():
+    random = numpy.random.default_rng(4)
+    floor = numpy.c_[random.uniform(0, 3, (20000, 2)), random.normal(0, 0.003, 20000)]
+    table = numpy.c_[random.uniform(2, 2.8, (6000, 2)), random.normal(0.7, 0.003, 6000)]
+    for origin in ((0, 0, 0), (0, 0, 0.3), (0, 0, 20), (0, 0, -0.3), (456789, 5432100, 312)):
+        points = numpy.concatenate([floor, table]) + origin
+        for sensor in (None, numpy.add(origin, (1, 1, 1.5))):
+            found = fransac.segment_cloud(points, planes="all", up=(0, 0, 1), sensor_position=sensor)
+            assert [plane.kind for plane in found.planes] == ["floor", "horizontal"], origin
+            assert (found.sensor_position is None) == (sensor is None)
+    below = fransac.segment_cloud(floor + (0, 0, 5), up=(0, 0, 1), sensor_position=(0, 0, 4))
+    assert below.planes[0].kind == "ceiling"
 
 
 def test_of_a_cloud(room):

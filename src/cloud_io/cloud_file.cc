@@ -53,8 +53,11 @@ Result<PointCloud> read_cloud(const std::filesystem::path& file, double metres_p
     Result<PointCloud> cloud = cloud_formats::decode_cloud(*bytes, file.string(), limits);
     if (!cloud || metres_per_unit == 1.0) return cloud;
     const auto width = static_cast<std::size_t>(cloud->width);
-    return cloud_formats::assemble(width, width == 0 ? 0 : cloud->size() / width,
-                                   [&](std::size_t i) -> Eigen::Vector3d { return metres_per_unit * cloud->point(i); });
+    PointCloud scaled =
+        cloud_formats::assemble(width, width == 0 ? 0 : cloud->size() / width,
+                                [&](std::size_t i) -> Eigen::Vector3d { return metres_per_unit * cloud->point(i); });
+    if (cloud->sensor_position) scaled.sensor_position = metres_per_unit * *cloud->sensor_position;
+    return scaled;
   });
 }
 

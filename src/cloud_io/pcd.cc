@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <mutex>
@@ -57,6 +58,7 @@ struct Header {
   CloudEncoding encoding = CloudEncoding::ascii;
   std::string_view body;
   int lines = 0;
+  std::optional<Eigen::Vector3d> sensor_position;  ///< The translation of VIEWPOINT, unless it is the default.
 
   [[nodiscard]] std::uint64_t points() const { return width * height; }
 };
@@ -219,6 +221,27 @@ Status read_encoding(const Entries& entries, Header& header, const std::string& 
   return {};
 }
 
+/// Translation and quaternion (w, x, y, z). 0 0 0 is what PCL writes when it knows no viewpoint.
+Status read_viewpoint(const Entries& entries, Header& header, const std::string& name) {
+  const auto* tokens = entries.find("VIEWPOINT");
+  if (tokens == nullptr) return {};  // Versions before .7 have none.
+  constexpr std::size_t kNumbers = 7;
+  if (tokens->size() != kNumbers) {
+    return format_error(name,
+                        "VIEWPOINT has " + std::to_string(tokens->size()) + " values, expected " + std::to_string(kNumbers));
+  }
+  Eigen::Vector3d translation;
+  for (std::size_t i = 0; i < kNumbers; ++i) {
+    const auto number = parse_real((*tokens)[i]);
+    if (!number || !std::isfinite(*number)) {
+      return format_error(name, "VIEWPOINT " + quoted_text((*tokens)[i]) + " is not a finite number");
+    }
+    if (i < 3) translation[static_cast<Eigen::Index>(i)] = *number;
+  }
+  if (!translation.isZero(0.0)) header.sensor_position = translation;
+  return {};
+}
+
 Result<Header> read_header(std::string_view text, const std::string& name) {
   const auto entries = read_entries(text, name);
   if (!entries) return entries.error();
@@ -233,6 +256,7 @@ Result<Header> read_header(std::string_view text, const std::string& name) {
   if (const auto status = read_fields(*entries, header, name); !status) return status.error();
   if (const auto status = find_axes(header, name); !status) return status.error();
   if (const auto status = read_extent(*entries, header, name); !status) return status.error();
+  if (const auto status = read_viewpoint(*entries, header, name); !status) return status.error();
   if (const auto status = read_encoding(*entries, header, name); !status) return status.error();
   return header;
 }
@@ -490,25 +514,29 @@ Result<PointCloud> decode_pcd(std::span<const std::byte> bytes, const std::strin
   const auto header = read_header(as_text(bytes), name);
   if (!header) return header.error();
   if (header->points() == 0) return PointCloud();
-  return header->encoding == CloudEncoding::ascii ? decode_ascii(*header, limits, name) : decode_binary(*header, limits, name);
+  Result<PointCloud> cloud =
+      header->encoding == CloudEncoding::ascii ? decode_ascii(*header, limits, name) : decode_binary(*header, limits, name);
+  if (cloud) cloud->sensor_position = header->sensor_position;
+  return cloud;
 }
 
 Result<std::string> encode_pcd(const LabelledCloud& labelled, CloudEncoding encoding, const std::string& name) {
   const QuietPcl quiet;
   pcl::PCDWriter writer;
-  const Eigen::Vector4f no_translation = Eigen::Vector4f::Zero();
+  Eigen::Vector4f viewpoint = Eigen::Vector4f::Zero();
+  if (labelled.cloud.sensor_position) viewpoint.head<3>() = labelled.cloud.sensor_position->cast<float>();
   const Eigen::Quaternionf no_rotation = Eigen::Quaternionf::Identity();
   pcl::PCLPointCloud2 blob = empty_blob(header_to_write(labelled));
   if (encoding == CloudEncoding::ascii) {
-    return writer.generateHeaderASCII(blob, no_translation, no_rotation) + "DATA ascii\n" + ascii_body(labelled);
+    return writer.generateHeaderASCII(blob, viewpoint, no_rotation) + "DATA ascii\n" + ascii_body(labelled);
   }
   fill(blob, labelled);
   if (encoding == CloudEncoding::binary) {
-    std::string text = writer.generateHeaderBinary(blob, no_translation, no_rotation) + "DATA binary\n";
+    std::string text = writer.generateHeaderBinary(blob, viewpoint, no_rotation) + "DATA binary\n";
     return text.append(reinterpret_cast<const char*>(blob.data.data()), blob.data.size());
   }
   std::ostringstream stream;
-  const int written = writer.writeBinaryCompressed(stream, blob, no_translation, no_rotation);
+  const int written = writer.writeBinaryCompressed(stream, blob, viewpoint, no_rotation);
   if (!stream) throw std::bad_alloc();  // a stream into memory has no other fault
   if (written < 0) {
     return file_error(ErrorCode::unsupported, name, "the cloud is too large for binary_compressed; binary has no such limit");

@@ -31,6 +31,12 @@ std::optional<double> spacing_on_planes(const Segmentation& segmentation) {
   return std::sqrt(area_m2 / points);
 }
 
+/// The plane with its normal up where that is known; else the sensor is above it, or the origin.
+Plane upright(const Plane& plane, const std::optional<Eigen::Vector3d>& up, const std::optional<Eigen::Vector3d>& sensor) {
+  const bool upside_down = up ? up->dot(plane.normal) < 0.0 : sensor && plane.signed_distance(*sensor) < 0.0;
+  return upside_down ? Plane{-plane.normal, -plane.d} : plane;
+}
+
 /// Finds the points above the support, groups them, and describes the groups.
 class CloudFinder {
  public:
@@ -44,6 +50,8 @@ class CloudFinder {
     if (limits != nullptr) limits_.emplace(*limits, cloud.origin[static_cast<Eigen::Index>(limits->axis)]);
     if (limits != nullptr) limited_ = std::array{cloud.x(), cloud.y(), cloud.z()}[static_cast<std::size_t>(limits->axis)];
     for (const int label : r_.support) carries_[at(label)] = true;
+    sensor_ = segmentation.sensor_position.value_or(Eigen::Vector3d::Zero());
+    set_ground();
     local_d_ = r_.support_plane.normal.dot(cloud.origin) + r_.support_plane.d;
   }
 
@@ -60,6 +68,34 @@ class CloudFinder {
   }
 
  private:
+  void set_ground() {
+    r_.support_plane = r_.support.empty() ? plane_below_all()
+                                          : upright(segmentation_.planes[at(r_.support.front() - 1)].plane, segmentation_.up,
+                                                    segmentation_.sensor_position);
+    r_.ground = ground_frame(r_.support_plane, sensor_);
+  }
+
+  /// The plane through the lowest point, at right angles to up.
+  [[nodiscard]] Plane plane_below_all() const {
+    // Where up is unknown: y of a camera's frame is down, z of others mostly up (ROS, REP 103).
+    const bool of_camera = segmentation_.method == Method::cells;
+    const Eigen::Vector3d usual =
+        of_camera ? Eigen::Vector3d(-Eigen::Vector3d::UnitY()) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+    const Eigen::Vector3d up = segmentation_.up.value_or(usual);
+    double lowest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < cloud_.size(); ++i) {
+      if (can_be_above(i)) lowest = std::min(lowest, up.dot(cloud_.point(i)));
+    }
+    return {up, std::isfinite(lowest) ? -lowest : 0.0};
+  }
+
+  /// Whether a point is measured, within the limits, and not on the support.
+  [[nodiscard]] bool can_be_above(std::size_t i) const {
+    const std::uint8_t label = segmentation_.labels[i];
+    if (label == kLabelNoDepth || carries_[label] || !cloud_.measured(i)) return false;
+    return !limits_ || limits_->keeps(limited_[i]);
+  }
+
   /// Heights at which points leave the support.
   struct Limit {
     const DepthNoise& noise;
@@ -94,14 +130,13 @@ class CloudFinder {
   }
 
   void collect() {
-    const Limit limit{segmentation_.noise, r_.support_plane.normal, options_.height_sigmas, least_height()};
+    const bool none = r_.support.empty();  // all is above
+    const Limit limit{segmentation_.noise, r_.support_plane.normal, options_.height_sigmas, none ? 0.0 : least_height()};
     for (std::size_t i = 0; i < cloud_.size(); ++i) {
-      const std::uint8_t label = segmentation_.labels[i];
-      if (label == kLabelNoDepth || carries_[label] || !cloud_.measured(i)) continue;
-      if (limits_ && !limits_->keeps(limited_[i])) continue;
+      if (!can_be_above(i)) continue;
       const double above = height(i);
-      const double noise = limit.at(cloud_.point(i));
-      if (!(above > noise) || !within_reach(i)) continue;
+      const double noise = none ? 0.0 : limit.at(cloud_.point(i));
+      if (!(none || above > noise) || !within_reach(i)) continue;
       points_.emplace_back(cloud_.x()[i], cloud_.y()[i], cloud_.z()[i]);
       index_.push_back(i);
       over_.push_back(above - noise);
@@ -135,9 +170,10 @@ class CloudFinder {
 
   /// How many points of each cluster are seen at a grazing angle and are no higher than floor may seem to be.
   [[nodiscard]] std::vector<std::uint32_t> points_like_floor(const obstacles::Clusters& clusters) const {
+    std::vector<std::uint32_t> count(clusters.count, 0);
+    if (r_.support.empty()) return count;
     const PlaneSegment& support = segmentation_.planes[at(r_.support.front() - 1)];
     const obstacles::FloorError error(segmentation_, support, segmentation_.noise, options_.height_sigmas);
-    std::vector<std::uint32_t> count(clusters.count, 0);
     for (std::size_t k = 0; k < points_.size(); ++k) {
       const Eigen::Vector3d point = cloud_.point(index_[k]);
       if (error.is_grazing(point) && height(index_[k]) <= error.most_m(point)) ++count[clusters.of_point[k]];
@@ -152,7 +188,7 @@ class CloudFinder {
     for (std::size_t k = 0; k < points_.size(); ++k) {
       const std::uint32_t cluster = clusters.of_point[k];
       ++count[cluster];
-      nearest[cluster] = std::min(nearest[cluster], cloud_.point(index_[k]).norm());
+      nearest[cluster] = std::min(nearest[cluster], (cloud_.point(index_[k]) - sensor_).norm());
     }
     std::vector<std::uint32_t> order(clusters.count);
     std::iota(order.begin(), order.end(), 0U);
@@ -190,7 +226,7 @@ class CloudFinder {
       obstacle.centroid += cloud_.local(index_[k]);
       obstacle.min_height_m = std::min(obstacle.min_height_m, point.z());
       obstacle.max_height_m = std::max(obstacle.max_height_m, point.z());
-      obstacle.contact = obstacle.contact || over_[k] <= distance_m;
+      obstacle.contact = obstacle.contact || (!r_.support.empty() && over_[k] <= distance_m);
       footprints[id - std::size_t{1}].add(point.head<2>());
       const std::uint8_t plane = segmentation_.labels[index_[k]];
       ++on_plane[(id - std::size_t{1}) * (planes + 1) + (plane <= planes ? plane : 0)];
@@ -211,6 +247,7 @@ class CloudFinder {
   std::optional<LocalLimits> limits_;
   const float* limited_ = nullptr;
   std::array<bool, 256> carries_{};  ///< By label.
+  Eigen::Vector3d sensor_;           ///< Where distances are measured from.
   double local_d_ = 0.0;             ///< Of the support, in the cloud's local coordinates.
   // What is above: local coordinates, index in the cloud, height above what may be noise.
   std::vector<Eigen::Vector3f> points_;
@@ -220,11 +257,6 @@ class CloudFinder {
   double spacing_ = 0.0;
   std::vector<std::uint16_t> id_of_;  ///< By cluster; 0: too small.
 };
-
-/// The plane with its normal up, where that is known; else the origin is above it.
-Plane upright(const Plane& plane, const std::optional<Eigen::Vector3d>& up) {
-  return up && up->dot(plane.normal) < 0.0 ? Plane{-plane.normal, -plane.d} : plane;
-}
 
 }  // namespace
 
@@ -239,12 +271,8 @@ Result<Obstacles> find_obstacles(const PointCloud& cloud, const Segmentation& se
   result.width = segmentation.width;
   result.height = segmentation.height;
   result.labels.assign(cloud.size(), 0);
-  obstacles::choose_support(segmentation, options, segmentation.noise, result.support);
-  if (!result.support.empty()) {
-    result.support_plane = upright(segmentation.planes[at(result.support.front() - 1)].plane, segmentation.up);
-    result.ground = ground_frame(result.support_plane);
-    if (Status status = CloudFinder(cloud, segmentation, options, limits, result).run(); !status) return status.error();
-  }
+  obstacles::choose_support(segmentation, options, segmentation.noise, result);
+  if (Status status = CloudFinder(cloud, segmentation, options, limits, result).run(); !status) return status.error();
   result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return result;
 } catch (const std::exception& exception) {

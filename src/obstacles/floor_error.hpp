@@ -18,6 +18,8 @@ class FloorError {
   /// `pixel` is the pixel noise. Without a centroid or an area of the support nothing is known of its tilt.
   FloorError(const Segmentation& segmentation, const PlaneSegment& support, const DepthNoise& pixel, double sigmas);
 
+  /// Whether the sensor's noise is known at all.
+  [[nodiscard]] bool is_known() const { return pixel_ != DepthNoise{}; }
   /// One sigma of the height of a pixel at a point, metres: pixel noise alone.
   [[nodiscard]] double pixel_m(const Eigen::Vector3d& point) const { return pixel_.sigma_m(point.z()) * slant(point); }
   /// One sigma of the slow noise of the height at a point, metres.

@@ -47,10 +47,10 @@ ObstacleWorkspace::~ObstacleWorkspace() = default;
 ObstacleWorkspace::ObstacleWorkspace(ObstacleWorkspace&&) noexcept = default;
 ObstacleWorkspace& ObstacleWorkspace::operator=(ObstacleWorkspace&&) noexcept = default;
 
-GroundFrame ground_frame(const Plane& support) {
+GroundFrame ground_frame(const Plane& support, const Eigen::Vector3d& sensor) {
   GroundFrame frame;
   const Eigen::Vector3d& up = support.normal;
-  frame.origin = -support.d * up;
+  frame.origin = sensor - support.signed_distance(sensor) * up;
   const Eigen::Vector3d ahead = ahead_of_camera(up);
   frame.axes << ahead, up.cross(ahead), up;
   return frame;
@@ -119,7 +119,7 @@ class Describer {
       obstacle.min_height_m = extent.low;
       obstacle.max_height_m = extent.high;
       obstacle.nearest_m = extent.nearest;
-      obstacle.contact = !drop && extent.contact;
+      obstacle.contact = !drop && !r_.support.empty() && extent.contact;
       obstacles::set_box(extent.footprint, obstacle);
       if (drop) {
         obstacle.kind = ObstacleKind::drop;
@@ -177,8 +177,30 @@ void remove_empty(Obstacles& result) {
 void clear(Obstacles& result) {
   result.obstacles.clear();
   result.support.clear();
+  result.support_reason = SupportReason::no_planes;
+  result.support_doubt = SupportDoubt::none;
   result.ground = {};
   result.support_plane = {};
+}
+
+/// The plane at right angles to `up` that all pixels are above, by more than what is no obstacle.
+template <class Raw>
+Plane plane_below_all(const DepthRows<Raw>& rows, const Eigen::Vector3d& up, const DepthNoise& noise,
+                      const ObstacleOptions& options, DepthRowBuffer& buffer) {
+  constexpr double kRounding_m = 1e-3;  // heights are floats
+  const Camera& camera = rows.camera();
+  double d = 0.0;
+  for (int v = 0; v < rows.height(); ++v) {
+    const Raw* const raw = rows.row(v, buffer).kept;
+    for (int u = 0; u < camera.width; ++u) {
+      const auto z = static_cast<double>(static_cast<float>(raw[u]) * rows.view().metres_per_unit());
+      if (!(z > 0.0)) continue;
+      const double slant = up.dot(Eigen::Vector3d((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0));
+      const double least = std::max(options.least_height_m, options.height_sigmas * noise.sigma_m(z) * std::abs(slant));
+      d = std::max(d, least - z * slant);
+    }
+  }
+  return {up, d + kRounding_m};
 }
 
 template <class Raw>
@@ -186,11 +208,17 @@ void find(const DepthView& depth, const Camera& camera, const Segmentation& segm
           const AxisLimits* limits, Impl& w, Obstacles& result) {
   const DepthRows<Raw> rows(depth, camera, limits);
   const DepthNoise noise = noise_of(segmentation);
+  const bool none = result.support.empty();
+  result.support_plane = none ? plane_below_all(rows, segmentation.up.value_or(-Eigen::Vector3d::UnitY()), noise, options, w.row)
+                              : segmentation.planes[at(result.support.front() - 1)].plane;
+  result.ground = ground_frame(result.support_plane);
   obstacles::find_sides(rows, segmentation, result.support, result.support_plane, noise, options, w.row, w.sides);
-  const obstacles::FloorError error(segmentation, segmentation.planes[at(result.support.front() - 1)], noise,
-                                    options.height_sigmas);
-  obstacles::remove_bent_floor(rows, segmentation, result.support, result.support_plane, error, options.height_sigmas, w.row,
-                               w.bent, w.sides);
+  if (!none) {
+    const obstacles::FloorError error(segmentation, segmentation.planes[at(result.support.front() - 1)], noise,
+                                      options.height_sigmas);
+    obstacles::remove_bent_floor(rows, segmentation, result.support, result.support_plane, error, options.height_sigmas, w.row,
+                                 w.bent, w.sides);
+  }
   obstacles::find_objects(w.sides, camera, noise, options, w.objects);
   obstacles::find_drops(w.sides, camera, options, w.drops);
   Describer describer(camera, segmentation, options, w, result);
@@ -231,20 +259,14 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
   if (Status status = obstacles::check_sizes(depth, camera, segmentation); !status) return fail(std::move(status));
   result.width = depth.width();
   result.height = depth.height();
-  obstacles::choose_support(segmentation, options, noise_of(segmentation), result.support);
-  if (result.support.empty()) {
-    result.labels.assign(depth.size(), 0);
-  } else {
-    result.support_plane = segmentation.planes[at(result.support.front() - 1)].plane;
-    result.ground = ground_frame(result.support_plane);
-    DepthView view;
-    if (Status status = obstacles::as_segmented(depth, segmentation, workspace.impl().corrected, view); !status) {
-      return fail(std::move(status));
-    }
-    result.labels.resize(depth.size());
-    with_raw_type(depth.format(),
-                  [&](auto raw) { find<decltype(raw)>(view, camera, segmentation, options, limits, workspace.impl(), result); });
+  obstacles::choose_support(segmentation, options, noise_of(segmentation), result);
+  DepthView view;
+  if (Status status = obstacles::as_segmented(depth, segmentation, workspace.impl().corrected, view); !status) {
+    return fail(std::move(status));
   }
+  result.labels.resize(depth.size());
+  with_raw_type(depth.format(),
+                [&](auto raw) { find<decltype(raw)>(view, camera, segmentation, options, limits, workspace.impl(), result); });
   result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return {};
 } catch (const std::exception& exception) {

@@ -103,7 +103,7 @@ Result<OccupancyGrid> occupancy_grid(const DepthView& depth, const Camera& camer
   if (Status status = obstacles::check_sizes(depth, camera, segmentation); !status) return status.error();
   OccupancyGrid grid;
   grid.resolution_m = options.resolution_m;
-  if (obstacles.support.empty()) return grid;
+  if (obstacles.labels.empty()) return grid;  // nothing was looked for
   if (Status status = check_obstacles(depth, obstacles); !status) return status.error();
   const double ahead = squares_ahead(options);
   grid.width = grid.height = 2 * static_cast<int>(ahead);

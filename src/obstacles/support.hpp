@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What obstacles of depth images and of clouds have in common: what carries them, and what planes they show.
+/// What obstacles of depth images and of clouds have in common: what they stand on, and what planes they show.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,8 @@ Status check_sizes(const DepthView& depth, const Camera& camera, const Segmentat
 /// The depth image as the segmentation's planes are in: corrected, in `buffer`, where that was.
 Status as_segmented(const DepthView& depth, const Segmentation& segmentation, CorrectedDepth& buffer, DepthView& view);
 
-/// The labels of the planes that carry; the first is the one whose plane counts.
-void choose_support(const Segmentation& segmentation, const ObstacleOptions& options, const DepthNoise& noise,
-                    std::vector<int>& support);
+/// Fills the result's support, the reason and the doubt; the support's first plane is the one that counts.
+void choose_support(const Segmentation& segmentation, const ObstacleOptions& options, const DepthNoise& noise, Obstacles& result);
 
 /// Tells an obstacle's planes, and whether it is one. `on_plane`: how many of its pixels or points have each label.
 void name_planes(const std::uint32_t* on_plane, const Segmentation& segmentation, Obstacle& obstacle);

@@ -147,6 +147,7 @@ void measure_points(const PointCloud& cloud, double cell_m, int threads, LabelBu
   for (std::size_t plane = 0; plane < planes; ++plane) {
     PlaneSegment& segment = segmentation.planes[plane];
     segment.inliers = parts[plane].count;
+    if (segment.inliers > 0) segment.centroid = parts[plane].sum / static_cast<double>(segment.inliers) + cloud.origin;
     segment.rms_m = segment.inliers == 0 ? 0.0 : std::sqrt(parts[plane].squared_distance / static_cast<double>(segment.inliers));
     segment.area_m2 = cells[plane].area(segment.inliers);
   }

@@ -31,6 +31,7 @@ struct PlaneFrame {
 struct PointsOnPlane {
   std::uint64_t count = 0;
   double squared_distance = 0.0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());  ///< The rectangle around them.
   Eigen::Vector2d high = -low;
 
@@ -39,12 +40,14 @@ struct PointsOnPlane {
     const Eigen::Vector2d place = frame.place(point);
     ++count;
     squared_distance += distance * distance;
+    sum += point;
     low = low.cwiseMin(place);
     high = high.cwiseMax(place);
   }
   PointsOnPlane& operator+=(const PointsOnPlane& other) {
     count += other.count;
     squared_distance += other.squared_distance;
+    sum += other.sum;
     low = low.cwiseMin(other.low);
     high = high.cwiseMax(other.high);
     return *this;

@@ -21,9 +21,10 @@ struct RangeCheck {
   void operator()(const OptionInfo& info, const std::optional<T>& value) {
     if (value) (*this)(info, *value);
   }
-  void operator()(const OptionInfo& info, const Eigen::Vector3d& direction) {
-    if (!status || (direction.allFinite() && !direction.isZero(0.0))) return;
-    status = Error{ErrorCode::invalid_argument, full_name(info) + ": must be finite and not zero"};
+  void operator()(const OptionInfo& info, const Eigen::Vector3d& vector) {
+    if (!status || (vector.allFinite() && (is_position(info) || !vector.isZero(0.0)))) return;
+    status = Error{ErrorCode::invalid_argument,
+                   full_name(info) + (is_position(info) ? ": must be finite" : ": must be finite and not zero")};
   }
   template <class T>
   void operator()(const OptionInfo& info, const T& value) {

@@ -235,6 +235,7 @@ struct DepthSource {
   [[nodiscard]] Status check() const { return fransac::check(depth, camera); }
   [[nodiscard]] int width() const { return depth.width(); }
   [[nodiscard]] int height() const { return depth.height(); }
+  static void set_up(const SegmentOptions& options, Segmentation& s) { fransac::set_up(options, s); }
 
   /// No cloud is made: the voxel grid, or RANSAC itself, reads raw depth.
   Status find(const Recipe& recipe, Workspace::Impl& work, StageClock& clock, Segmentation& result) const {
@@ -342,6 +343,7 @@ struct CloudSource {
   [[nodiscard]] Status check() const { return fransac::check(cloud); }
   [[nodiscard]] int width() const { return cloud.organised() ? cloud.width : static_cast<int>(cloud.size()); }
   [[nodiscard]] int height() const { return cloud.organised() ? cloud.height : 1; }
+  void set_up(const SegmentOptions& options, Segmentation& s) const { fransac::set_up(options, cloud, s); }
 
   Status find(const Recipe& recipe, Workspace::Impl& work, StageClock& clock, Segmentation& result) const {
     const SegmentOptions& options = recipe.options;
@@ -415,7 +417,7 @@ Status run_pipeline(const Source& source, const SegmentOptions& options, Workspa
   clock.end(Stage::ransac);
   source.label(recipe, work, result);
   arrange(options, result);
-  if (options.up) set_up(options.up->normalized(), UpSource::given, result);
+  source.set_up(options, result);
   clock.end(Stage::labels);
   return {};
 }

@@ -1,17 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which way is up, and what that makes of the planes.
+/// Which way is up, where the sensor was, and what that makes of the planes.
 #pragma once
 
+#include <optional>
+
+#include "fransac/core/point_cloud.hpp"
 #include "fransac/planes/orientation.hpp"
 #include "fransac/planes/segment.hpp"
 
 namespace fransac {
 
-/// `up` is a unit vector in the planes' coordinates.
-inline void set_up(const Eigen::Vector3d& up, UpSource source, Segmentation& segmentation) {
-  segmentation.up = up;
-  segmentation.up_source = source;
-  classify(up, segmentation.planes);
+/// Of a depth image. What the options leave open is estimated if the planes have areas and covariances: those of `cells`.
+inline void set_up(const SegmentOptions& options, Segmentation& s) {
+  s.sensor_position = options.sensor_position.value_or(Eigen::Vector3d::Zero());
+  if (options.up) {
+    s.up = options.up->normalized();
+    s.up_source = UpSource::given;
+  } else if (s.method == Method::cells) {
+    const std::optional<UpEstimate> estimate = estimate_up(s.planes, s.height > s.width);
+    if (!estimate) return;
+    s.up = estimate->direction;
+    s.up_sigma_rad = estimate->sigma_rad;
+    s.up_source = UpSource::estimated;
+  }
+  if (s.up) classify(*s.up, s.planes, *s.sensor_position);
+}
+
+/// Of a cloud.
+inline void set_up(const SegmentOptions& options, const PointCloud& cloud, Segmentation& s) {
+  s.sensor_position = options.sensor_position ? options.sensor_position : cloud.sensor_position;
+  if (!options.up) return;
+  s.up = options.up->normalized();
+  s.up_source = UpSource::given;
+  classify(*s.up, cloud, s.labels, s.sensor_position, s.planes);
 }
 
 }  // namespace fransac

@@ -48,22 +48,23 @@ def paeth(left, above, corner):
     return min((left, above, corner), key=lambda value: abs(left + above - corner - value))
 
 
-def grey16(data):
-    """Values of a 16-bit grey PNG, row by row."""
+def grey(data, bits):
+    """Values of a grey PNG of 8 or 16 bits, row by row."""
     chunks = list(png_chunks(data))
-    width, height, bits, colour = struct.unpack(">IIBB", chunks[0][1][:10])
-    assert (bits, colour) == (16, 0), f"{bits} bits, colour type {colour}"
+    width, height, *kind = struct.unpack(">IIBB", chunks[0][1][:10])
+    assert kind == [bits, 0], f"{kind[0]} bits, colour type {kind[1]}"
     packed = zlib.decompress(b"".join(content for kind, content in chunks if kind == b"IDAT"))
-    stride, values = 2 * width, []
+    size = bits // 8
+    stride, values = size * width, []
     above = bytearray(stride)
     for v in range(height):
         start = v * (stride + 1)
         kind, row = packed[start], bytearray(packed[start + 1:start + 1 + stride])
         for i in range(stride):
-            left, corner = (row[i - 2], above[i - 2]) if i >= 2 else (0, 0)
+            left, corner = (row[i - size], above[i - size]) if i >= size else (0, 0)
             predicted = (0, left, above[i], (left + above[i]) // 2, paeth(left, above[i], corner))[kind]
             row[i] = (row[i] + predicted) % 256
-        values += struct.unpack(f">{width}H", row)
+        values += struct.unpack(f">{width}{'H' if bits == 16 else 'B'}", row)
         above = row
     return values
 
@@ -174,6 +175,11 @@ def cloud_pcd(folder, name):
 
 def organised_pcd(folder, name):
     write(folder / name, pcd_bytes(plane_points(), 30, 20))
+
+
+def cloud_with_viewpoint(folder, name, x, y, z):
+    """The flat grid, seen from (x, y, z)."""
+    write(folder / name, pcd_bytes(plane_points()).replace("VIEWPOINT 0 0 0", f"VIEWPOINT {x} {y} {z}"))
 
 
 def cloud_with_box(folder, name, width=None, height=1):

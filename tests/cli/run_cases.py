@@ -95,7 +95,7 @@ def check_png(folder, text):
 def check_object_ids(folder, stdout, text):
     name, _, path = text.partition(" ")
     data = (folder / name).read_bytes()
-    found = collections.Counter(inputs.ply_column(data, "obstacle") if name.endswith(".ply") else inputs.grey16(data))
+    found = collections.Counter(inputs.ply_column(data, "obstacle") if name.endswith(".ply") else inputs.grey(data, 16))
     del found[0]
     listed = {entry["id"]: entry["pixels"] for entry in look_up(json.loads(stdout), path)}
     assert found == listed, f"{name} holds {dict(found)}, the list {listed}"

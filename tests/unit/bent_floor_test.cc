@@ -211,6 +211,7 @@ TEST(BentFloor, GrazingClustersOfCloudsAreFloor) {
   planes.noise = {.quadratic_per_m = kKinectNoise_per_m};
   planes.bias_m = 0.01;
   planes.planes.push_back(level_floor());
+  planes.planes.back().kind = PlaneKind::floor;
   std::vector<Vector3d> points;
   for (const double z : {3.0, 7.0}) {
     for (int i = 0; i < 100; ++i) points.emplace_back(0.02 * (i % 10), 1.0 - 0.04, z + 0.02 * (i / 10));

@@ -375,6 +375,22 @@ TEST(Pcd, WrongHeadersAreNamed) {
   EXPECT_THAT(error_of("VERSION 0.7\nNONSENSE 1\n"), HasSubstr("line 2: no PCD header line starts with 'NONSENSE'"));
 }
 
+TEST(Pcd, TheViewpointIsWhereTheSensorWas) {
+  const std::string data = "1 2 3\n4 5 6\n";
+  const auto with = [&](const std::string& viewpoint) {
+    const std::string known = "VIEWPOINT 0 0 0 1 0 0 0";
+    std::string text = pcd(data);
+    return text.replace(text.find(known), known.size(), viewpoint);
+  };
+  EXPECT_EQ(decode(with("VIEWPOINT 1.5 -2 456789.25 0 1 0 0"))->sensor_position, Eigen::Vector3d(1.5, -2.0, 456789.25));
+  EXPECT_EQ(decode(with("VIEWPOINT 1.5 -2 3 0 1 0 0"))->point(0), Eigen::Vector3d(1, 2, 3));  // not turned, not moved
+  EXPECT_FALSE(decode(with("VIEWPOINT 0 0 0 1 0 0 0"))->sensor_position.has_value());  // what PCL writes without knowing it
+  EXPECT_FALSE(decode(with("# none"))->sensor_position.has_value());
+  EXPECT_THAT(error_of(with("VIEWPOINT 0 0 0")), HasSubstr("VIEWPOINT has 3 values, expected 7"));
+  EXPECT_THAT(error_of(with("VIEWPOINT 0 0 x 1 0 0 0")), HasSubstr("VIEWPOINT 'x' is not a finite number"));
+  EXPECT_THAT(error_of(with("VIEWPOINT 0 0 0 nan 0 0 0")), HasSubstr("VIEWPOINT 'nan' is not a finite number"));
+}
+
 TEST(Pcd, WrongBodiesAreNamed) {
   EXPECT_THAT(error_of(pcd("1 2 3\n4 five 6\n")), HasSubstr("line 13: y is 'five', not a number"));
   EXPECT_THAT(error_of(pcd("1 2 3\n4 5\n   \n")), HasSubstr("line 13: 2 values, expected 3"));
@@ -518,6 +534,17 @@ TEST(Xyz, LinesOfNumbersAreRead) {
   // What the content says counts more than the name.
   EXPECT_TRUE(read(pcd("1 2 3\n4 5 6\n")).ok());
   EXPECT_TRUE(read(ply("1 2 3\n4 5 6\n", kTwoVertices)).ok());
+}
+
+TEST_F(CloudFile, ThePositionOfTheSensorIsKeptAndHasTheUnitOfTheCoordinates) {
+  PointCloud cloud = random_cloud(5, 1, Eigen::Vector3d::Zero(), false);
+  cloud.sensor_position = Eigen::Vector3d(1.0, -2.0, 0.5);
+  for (const auto encoding : {CloudEncoding::ascii, CloudEncoding::binary, CloudEncoding::binary_compressed}) {
+    const auto path = file("seen.pcd");
+    ASSERT_TRUE(write_cloud(path, cloud, {}, encoding).ok());
+    EXPECT_EQ(read_cloud(path)->sensor_position, cloud.sensor_position);
+    EXPECT_EQ(read_cloud(path, 0.5)->sensor_position, Eigen::Vector3d(0.5, -1.0, 0.25));
+  }
 }
 
 TEST_F(CloudFile, UnitIsThatOfTheCoordinates) {

@@ -119,7 +119,11 @@ struct Scene {
     for (int i = -50; i < 50; ++i) {
       for (int k = 0; k < 100; ++k) add({kSpacing * (i + 0.5), 1.0, 1.0 + kSpacing * (k + 0.5)}, 1);
     }
-    segmentation.planes.push_back({.id = 1, .plane = {-Eigen::Vector3d::UnitY(), 1.0}, .inliers = points.size(), .area_m2 = 4.0});
+    segmentation.planes.push_back(
+        {.id = 1, .plane = {-Eigen::Vector3d::UnitY(), 1.0}, .inliers = points.size(), .kind = PlaneKind::floor, .area_m2 = 4.0});
+    segmentation.up = -Eigen::Vector3d::UnitY();
+    segmentation.up_source = UpSource::given;
+    segmentation.sensor_position = Eigen::Vector3d::Zero();
   }
 
   void add(const Eigen::Vector3d& point, std::uint8_t label = kLabelNoPlane) {
@@ -321,22 +325,58 @@ TEST(CloudObstacles, WhatLimitsLeaveOutIsNone) {
 TEST(CloudObstacles, UpDecidesWhichSideIsAbove) {
   Scene scene;
   scene.add_block({0.0, 1.1, 1.5}, 5, 5, 5);  // under the floor, for an origin above it
-  EXPECT_TRUE(scene.find().value().obstacles.empty());
+  const ObstacleOptions named{.support = {SupportKind::plane, 1}};
+  EXPECT_TRUE(scene.find(named).value().obstacles.empty());
+  scene.segmentation.up.reset();
+  EXPECT_TRUE(scene.find(named).value().obstacles.empty());
+  scene.segmentation.sensor_position = Eigen::Vector3d(0.0, 2.0, 0.0);
+  EXPECT_EQ(scene.find(named).value().obstacles.size(), 1U);
+  scene.segmentation.sensor_position.reset();
   scene.segmentation.up = Eigen::Vector3d::UnitY();
-  const auto found = scene.find();
+  const auto found = scene.find(named);
   ASSERT_TRUE(found.ok());
   ASSERT_EQ(found->obstacles.size(), 1U);
   EXPECT_NEAR(found->obstacles[0].min_height_m, 0.06, 1e-6);
 }
 
-TEST(CloudObstacles, NoSupportIsNoErrorAndSizesMustAgree) {
+TEST(CloudObstacles, DistancesAndTheGroundAreFromTheSensor) {
   Scene scene;
+  scene.add_block({0.0, 0.98, 1.5}, 5, 5, 5);
+  const auto at_origin = scene.find();
+  const Eigen::Vector3d moved(0.0, -0.5, 1.0);
+  scene.segmentation.sensor_position = moved;
+  const auto found = scene.find();
+  ASSERT_TRUE(at_origin.ok() && found.ok());
+  ASSERT_EQ(found->obstacles.size(), 1U);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    if (found->labels[i] == 1) nearest = std::min(nearest, (scene.points[i] - moved).norm());
+  }
+  EXPECT_NEAR(found->obstacles[0].nearest_m, nearest, 1e-6);
+  EXPECT_NEAR((found->ground.origin - Eigen::Vector3d(0.0, 1.0, 1.0)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR(found->obstacles[0].box.centre.x(), at_origin->obstacles[0].box.centre.x() - 1.0, 1e-6);
+}
+
+TEST(CloudObstacles, WithoutASupportAllIsAnObstacleAndSizesMustAgree) {
+  Scene scene;
+  const auto expect_all = [&](SupportReason reason) {
+    const auto none = scene.find();
+    ASSERT_TRUE(none.ok());
+    EXPECT_TRUE(none->support.empty());
+    EXPECT_EQ(enum_name(none->support_reason), enum_name(reason));
+    ASSERT_EQ(none->obstacles.size(), 1U);
+    EXPECT_EQ(none->obstacles[0].pixels, scene.points.size());
+    EXPECT_FALSE(none->obstacles[0].contact);
+  };
+  scene.segmentation.up.reset();
+  scene.segmentation.planes[0].kind = PlaneKind::unknown;
+  expect_all(SupportReason::up_unknown);
+  scene.segmentation.up = Eigen::Vector3d::UnitZ();
+  scene.segmentation.planes[0].kind = PlaneKind::wall;
+  expect_all(SupportReason::no_level_plane);
   scene.segmentation.planes.clear();
   scene.segmentation.labels.assign(scene.segmentation.labels.size(), kLabelNoPlane);
-  const auto none = scene.find();
-  ASSERT_TRUE(none.ok());
-  EXPECT_TRUE(none->support.empty());
-  EXPECT_TRUE(none->obstacles.empty());
+  expect_all(SupportReason::no_planes);
   scene.segmentation.labels.pop_back();
   EXPECT_EQ(scene.find().error().code, ErrorCode::invalid_argument);
   EXPECT_THAT(validate(ObstacleOptions{.cluster_distance_m = -1.0}).error().message, HasSubstr("cluster-distance"));

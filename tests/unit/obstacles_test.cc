@@ -69,6 +69,9 @@ void add_planes(const synth::detail::Scene& scene, const synth::detail::Raster& 
   s.width = frame.camera.width;
   s.height = frame.camera.height;
   s.noise.quadratic_per_m = 1.425e-3;  // a Kinect's, though there is none
+  s.up = up;
+  s.up_source = UpSource::given;
+  s.sensor_position = Vector3d::Zero();
   for (const auto& [count, index] : order) {
     PlaneSegment plane;
     plane.id = static_cast<int>(s.planes.size()) + 1;
@@ -493,20 +496,139 @@ TEST(Obstacles, ATableCarriesWhenItIsChosen) {
   }
 }
 
-TEST(Obstacles, NoSupportIsNoError) {
-  Frame frame = table_with_a_box();
-  for (PlaneSegment& plane : frame.planes.planes) plane.kind = PlaneKind::unknown;
-  for (const SupportChoice& choice :
-       {SupportChoice{SupportKind::floor, 0}, SupportChoice{SupportKind::table, 0}, SupportChoice{SupportKind::plane, 100}}) {
-    const Obstacles found = find(frame, {.support = choice});
-    EXPECT_TRUE(found.support.empty());
-    EXPECT_TRUE(found.obstacles.empty());
-    EXPECT_EQ(found.labels, std::vector<std::uint16_t>(frame.metres.size(), 0));
+/// Without a support all that is measured, but for specks, is an obstacle that touches nothing.
+void expect_all_obstacles(const Frame& frame, const Obstacles& found, SupportReason reason) {
+  EXPECT_EQ(enum_name(found.support_reason), enum_name(reason));
+  EXPECT_TRUE(found.support.empty());
+  ASSERT_FALSE(found.obstacles.empty());
+  for (const Obstacle& obstacle : found.obstacles) {
+    EXPECT_NE(obstacle.kind, ObstacleKind::drop);
+    EXPECT_FALSE(obstacle.contact);
+    EXPECT_GT(obstacle.min_height_m, 0.0);
   }
-  EXPECT_EQ(find(frame).support, std::vector<int>{1});  // where no floor is known, the first plane
+  const auto measured = std::count_if(frame.metres.begin(), frame.metres.end(), [](float z) { return z > 0.0F; });
+  const auto free =
+      std::count(found.labels.begin(), found.labels.end(), 0) - std::count(frame.metres.begin(), frame.metres.end(), 0.0F);
+  EXPECT_LT(static_cast<double>(free), 0.01 * static_cast<double>(measured));
+}
+
+TEST(Obstacles, WithoutASupportAllIsAnObstacle) {
+  Frame frame = table_with_a_box();
+  expect_all_obstacles(frame, find(frame, {.support = {SupportKind::plane, 100}}), SupportReason::no_such_plane);
+  Frame walls = frame;
+  for (PlaneSegment& plane : walls.planes.planes) plane.kind = PlaneKind::wall;
+  expect_all_obstacles(walls, find(walls), SupportReason::no_level_plane);
+  expect_all_obstacles(walls, find(walls, {.support = {SupportKind::table, 0}}), SupportReason::no_level_plane);
+  expect_all_obstacles(walls, find(walls, {.support = {SupportKind::floor, 0}}), SupportReason::no_floor);
+  frame.planes.up.reset();
+  EXPECT_EQ(find(frame).support_reason, SupportReason::floor);  // kinds that are known by other means count
+  for (PlaneSegment& plane : frame.planes.planes) plane.kind = PlaneKind::unknown;
+  for (const SupportKind kind : {SupportKind::automatic, SupportKind::floor, SupportKind::table}) {
+    expect_all_obstacles(frame, find(frame, {.support = {kind, 0}}), SupportReason::up_unknown);
+  }
   frame.planes.planes.clear();
   std::fill(frame.planes.labels.begin(), frame.planes.labels.end(), kLabelNoPlane);
-  EXPECT_TRUE(find(frame).support.empty());
+  expect_all_obstacles(frame, find(frame), SupportReason::no_planes);
+}
+
+TEST(Obstacles, AWallThatFillsTheViewIsAnObstacle) {
+  Frame frame;
+  frame.camera = kinect();
+  frame.metres.assign(at(frame.camera.width * frame.camera.height), 0.5F);
+  SegmentOptions level;
+  level.up = -Vector3d::UnitY();
+  const auto planes = segment(frame.view(), frame.camera, level);
+  ASSERT_TRUE(planes.ok());
+  frame.planes = *planes;
+  const Obstacles found = find(frame);
+  expect_all_obstacles(frame, found, SupportReason::no_level_plane);
+  ASSERT_EQ(found.obstacles.size(), 1U);
+  EXPECT_EQ(found.obstacles[0].kind, ObstacleKind::plane);
+  EXPECT_NEAR(found.obstacles[0].nearest_m, 0.5, 1e-3);
+  EXPECT_NEAR(found.ground.axes.col(2).y(), -1.0, 1e-12);
+}
+
+TEST(Obstacles, ASupportIsLevelToWithinItsError) {
+  Frame frame = table_with_a_box();
+  Segmentation& s = frame.planes;
+  const int floor = label_of(frame, PlaneKind::floor);
+  const auto reason = [&](double degrees, double sigma_degrees) {
+    const Vector3d normal = s.planes[at(floor - 1)].plane.normal;
+    s.up = Eigen::AngleAxisd(degrees * kPi / 180.0, normal.unitOrthogonal()) * normal;
+    s.up_source = UpSource::estimated;
+    s.up_sigma_rad = sigma_degrees * kPi / 180.0;
+    return find(frame, {.support = {SupportKind::floor, 0}});
+  };
+  EXPECT_EQ(reason(4.9, 0.1).support_doubt, SupportDoubt::none);
+  EXPECT_EQ(reason(5.1, 0.1).support_doubt, SupportDoubt::tilted);
+  EXPECT_EQ(reason(5.3, 0.1).support_reason, SupportReason::no_floor);
+  EXPECT_EQ(reason(5.3, 1.0).support_reason, SupportReason::floor);
+  EXPECT_EQ(reason(7.1, 1.0).support_reason, SupportReason::no_floor);
+  EXPECT_EQ(reason(2.0, 3.1).support_doubt, SupportDoubt::up_uncertain);
+  EXPECT_EQ(reason(2.0, 2.9).support_doubt, SupportDoubt::none);
+  EXPECT_EQ(reason(10.1, 20.0).support_reason, SupportReason::no_floor);
+  s.up_source = UpSource::given;
+  EXPECT_EQ(find(frame, {.support = {SupportKind::plane, floor}}).support_doubt, SupportDoubt::tilted);
+  s.up.reset();
+  for (PlaneSegment& plane : s.planes) plane.kind = PlaneKind::unknown;
+  EXPECT_EQ(find(frame, {.support = {SupportKind::plane, floor}}).support_doubt, SupportDoubt::up_unknown);
+}
+
+/// Planes that are seen from 1.5 m above the lowest floor, with an image of no pixels.
+struct Levels {
+  Levels() {
+    s.up = -Vector3d::UnitY();
+    s.up_source = UpSource::given;
+    s.sensor_position = Vector3d::Zero();
+    s.width = kinect().width;
+    s.height = kinect().height;
+    s.labels.assign(at(s.width * s.height), kLabelNoDepth);
+  }
+  void add(PlaneKind kind, double height_m, double area_m2, double confidence = 1.0) {
+    const double below = 1.5 - height_m;
+    const Plane plane = below > 0.0 ? Plane{-Vector3d::UnitY(), below} : Plane{Vector3d::UnitY(), -below};
+    s.planes.push_back({.id = static_cast<int>(s.planes.size()) + 1,
+                        .plane = plane,
+                        .centroid = {0.0, below, 2.0},
+                        .kind = kind,
+                        .confidence = confidence,
+                        .area_m2 = area_m2});
+  }
+  [[nodiscard]] Obstacles choose(SupportKind kind) const {
+    const std::vector<float> nothing(s.labels.size(), 0.0F);
+    return *find_obstacles(DepthView::from_float(nothing.data(), s.width, s.height), kinect(), s, {.support = {kind, 0}});
+  }
+  Segmentation s;
+};
+
+TEST(Obstacles, ATableIsWhatThingsStandOn) {
+  Levels on_a_table;  // the table fills the view and is the lowest; boxes and books stand on it
+  on_a_table.add(PlaneKind::horizontal, 0.3, 0.1);
+  on_a_table.add(PlaneKind::floor, 0.0, 0.6);
+  on_a_table.add(PlaneKind::horizontal, 0.03, 0.4);
+  EXPECT_EQ(on_a_table.choose(SupportKind::table).support, std::vector<int>{2});
+  EXPECT_EQ(on_a_table.choose(SupportKind::automatic).support_reason, SupportReason::floor);
+
+  Levels room;  // the larger shelf is above the table, and a speck is the lowest at a table's height
+  room.add(PlaneKind::floor, 0.0, 3.0);
+  room.add(PlaneKind::horizontal, 1.2, 1.0);
+  room.add(PlaneKind::horizontal, 0.7, 0.8);
+  room.add(PlaneKind::horizontal, 0.72, 2.0, 0.3);  // little confidence
+  room.add(PlaneKind::horizontal, 0.45, 0.2);
+  room.add(PlaneKind::horizontal, 0.2, 2.5);  // a step
+  room.add(PlaneKind::horizontal, 2.0, 3.0);  // seen from below
+  EXPECT_EQ(room.choose(SupportKind::table).support, std::vector<int>{3});
+  EXPECT_EQ(room.choose(SupportKind::table).support_reason, SupportReason::surface);
+  EXPECT_EQ(room.choose(SupportKind::automatic).support, std::vector<int>{1});
+
+  Levels no_floor;  // something is seen below the table
+  no_floor.add(PlaneKind::horizontal, 0.9, 0.1);
+  no_floor.add(PlaneKind::horizontal, 0.7, 0.8);
+  EXPECT_EQ(no_floor.choose(SupportKind::table).support, std::vector<int>{2});
+  EXPECT_EQ(no_floor.choose(SupportKind::table).support_doubt, SupportDoubt::none);
+  EXPECT_EQ(no_floor.choose(SupportKind::automatic).support, std::vector<int>{2});
+  EXPECT_EQ(no_floor.choose(SupportKind::automatic).support_doubt, SupportDoubt::something_lower);
+  EXPECT_EQ(no_floor.choose(SupportKind::floor).support_reason, SupportReason::no_floor);
 }
 
 TEST(Obstacles, NothingIsLeftOfTheLastCall) {
@@ -519,7 +641,9 @@ TEST(Obstacles, NothingIsLeftOfTheLastCall) {
   EXPECT_FALSE(found.obstacles.empty());
   ASSERT_TRUE(find_obstacles(empty.view(), empty.camera, empty.planes, {}, nullptr, workspace, found));
   const Obstacles fresh = find(empty);
-  EXPECT_TRUE(found.obstacles.empty());
+  EXPECT_TRUE(found.support.empty());
+  EXPECT_EQ(found.support_reason, fresh.support_reason);
+  EXPECT_EQ(found.obstacles.size(), fresh.obstacles.size());
   EXPECT_EQ(found.labels, fresh.labels);
   EXPECT_EQ(found.support_plane.d, fresh.support_plane.d);
   EXPECT_EQ(found.ground.origin, fresh.ground.origin);
@@ -746,7 +870,7 @@ TEST(Obstacles, MoreThanCanBeCounted) {
         planes.labels[at(v * camera.width + u)] = kLabelNoPlane;
       }
     }
-    const auto found = find_obstacles(image.view(), camera, planes, {.min_size_m = 0.0});
+    const auto found = find_obstacles(image.view(), camera, planes, {.support = {SupportKind::plane, 1}, .min_size_m = 0.0});
     ASSERT_TRUE(found);
     EXPECT_EQ(found->obstacles.size(), 4095U);
     expect_sane(*found, image.view());

@@ -179,7 +179,17 @@ TEST(OccupancyGrid, WhatIsHigherThanTheClearanceIsPassedUnder) {
   EXPECT_EQ(cell_at(high, place), OccupancyGrid::kOccupied);
 }
 
-TEST(OccupancyGrid, NothingIsKnownWithoutASupport) {
+TEST(OccupancyGrid, NothingIsFreeWithoutASupport) {
+  Scene scene;
+  scene.put(10, 10, 1.0F, 1);
+  scene.obstacles.support.clear();
+  scene.obstacles.obstacles.resize(1);
+  const OccupancyGrid grid = scene.grid();
+  EXPECT_EQ(std::count(grid.cells.begin(), grid.cells.end(), OccupancyGrid::kFree), 0);
+  EXPECT_GT(std::count(grid.cells.begin(), grid.cells.end(), OccupancyGrid::kOccupied), 0);
+}
+
+TEST(OccupancyGrid, NothingIsKnownBeforeObstaclesAreLookedFor) {
   Scene scene;
   scene.obstacles = {};
   const OccupancyGrid grid = scene.grid();

@@ -74,9 +74,9 @@ TEST(Orientation, FloorsOfRealRooms) {
     // The first label is the floor; its coefficients were found by other means.
     for (const auto& [label, plane] : frame.true_planes) {
       if (label != 1) continue;
-      EXPECT_LT(degrees_between(*up, plane.normal), 5.0);
+      EXPECT_LT(degrees_between(up->direction, plane.normal), 5.0);
     }
-    classify(*up, planes);
+    classify(up->direction, planes);
     EXPECT_EQ(planes[0].kind, PlaneKind::floor);
     EXPECT_EQ(std::count_if(planes.begin(), planes.end(), [](const auto& s) { return s.kind == PlaneKind::floor; }), 1);
   });
@@ -87,8 +87,8 @@ TEST(Orientation, FloorAndCeilingOfARenderedRoom) {
   const bool there = for_each_frame("icl_nuim", [](const io::Frame&, std::vector<PlaneSegment> planes) {
     const auto up = estimate_up(planes);
     ASSERT_TRUE(up.has_value());
-    EXPECT_LT(degrees_between(*up, -Eigen::Vector3d::UnitY()), 0.5);
-    classify(*up, planes);
+    EXPECT_LT(degrees_between(up->direction, -Eigen::Vector3d::UnitY()), 0.5);
+    classify(up->direction, planes);
     const auto kind_of = [&](int id) {
       return std::find_if(planes.begin(), planes.end(), [id](const PlaneSegment& s) { return s.id == id; })->kind;
     };
@@ -105,7 +105,7 @@ TEST(Orientation, TablesAlone) {
   const bool there = for_each_frame("mosd", [](const io::Frame&, const std::vector<PlaneSegment>& planes) {
     const auto up = estimate_up(planes);
     ASSERT_TRUE(up.has_value());
-    EXPECT_LT(degrees_between(*up, planes[0].plane.normal), 0.1);
+    EXPECT_LT(degrees_between(up->direction, planes[0].plane.normal), 0.1);
   });
   if (!there) GTEST_SKIP() << "no data in " << FRANSAC_DATA_DIR;
 }

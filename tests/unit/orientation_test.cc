@@ -6,8 +6,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "support.hpp"
@@ -18,6 +21,8 @@ namespace {
 using ::testing::ElementsAre;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
+
+double squared(double x) { return x * x; }
 
 /// How a camera is held. Directions of the room are (right, up, ahead) of a level camera at the same place.
 struct Pose {
@@ -60,8 +65,9 @@ double degrees_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 double error_deg(const Pose& pose, const std::vector<PlaneSegment>& planes) {
   const auto up = estimate_up(planes);
   if (!up) return std::numeric_limits<double>::infinity();
-  EXPECT_NEAR(up->norm(), 1.0, 1e-12);
-  return degrees_between(*up, pose.up());
+  EXPECT_NEAR(up->direction.norm(), 1.0, 1e-12);
+  EXPECT_GT(up->sigma_rad, 0.0);
+  return degrees_between(up->direction, pose.up());
 }
 
 TEST(EstimateUp, AFloorAloneIsLevel) {
@@ -135,7 +141,7 @@ TEST(EstimateUp, DoesNotDependOnTheOrderOrUnitOfAreas) {
   ASSERT_TRUE(up.has_value());
   std::reverse(planes.begin(), planes.end());
   for (PlaneSegment& s : planes) s.area_m2 *= 100.0;
-  EXPECT_LT((*estimate_up(planes) - *up).norm(), 1e-9);
+  EXPECT_LT((estimate_up(planes)->direction - up->direction).norm(), 1e-9);
 }
 
 TEST(EstimateUp, MeaninglessPlanesDoNotCount) {
@@ -151,6 +157,73 @@ TEST(EstimateUp, MeaninglessPlanesDoNotCount) {
   EXPECT_LT(error_deg(pose, planes), 1e-6);
   planes.erase(planes.begin());
   EXPECT_FALSE(estimate_up(planes).has_value());
+}
+
+/// One sigma of an angle of the normal, in degrees, about both directions across it.
+PlaneSegment with_error(PlaneSegment s, double degrees) {
+  const Eigen::Vector3d& n = s.plane.normal;
+  s.covariance.topLeftCorner<3, 3>() = 0.5 * squared(degrees * kDegree) * (Eigen::Matrix3d::Identity() - n * n.transpose());
+  return s;
+}
+
+TEST(EstimateUp, TellsItsError) {
+  const Pose pose{25.0, 0.0};
+  const auto sigma_deg = [](const std::vector<PlaneSegment>& planes) { return estimate_up(planes)->sigma_rad / kDegree; };
+  const double alone = sigma_deg({floor_of(pose, 1.4, 3.0)});
+  EXPECT_NEAR(alone, 1.0, 1e-6);  // what things are built to
+  EXPECT_NEAR(sigma_deg({with_error(floor_of(pose, 1.4, 3.0), 2.0)}), std::sqrt(5.0), 1e-6);
+  EXPECT_NEAR(sigma_deg({floor_of(pose, 1.4, 3.0), floor_of(pose, 0.7, 3.0)}), alone / std::sqrt(2.0), 1e-6);
+  // The sine of the walls' angle is what holds up about the direction between them.
+  EXPECT_NEAR(sigma_deg({wall_of(pose, 45.0, 3.0), wall_of(pose, -45.0, 3.0)}), alone, 1e-6);
+  EXPECT_FALSE(estimate_up(std::vector{with_error(floor_of(pose, 1.4, 3.0), 5.0)}).has_value());
+}
+
+TEST(EstimateUp, IsNotTurnedByPlanesThatAreLargeButUncertainOrInclined) {
+  // As in a hall: a chessboard that leans, and a wall far away whose normal is off by its error.
+  const auto plane = [](const Eigen::Vector3d& normal, double d, double area_m2, double confidence, double error_deg) {
+    PlaneSegment s;
+    s.plane = {normal.normalized(), d};
+    s.area_m2 = area_m2;
+    s.confidence = confidence;
+    return with_error(s, error_deg);
+  };
+  const Eigen::Vector3d floor(-0.0008, -0.9909, -0.1345);
+  const std::vector<PlaneSegment> planes{
+      plane({0.5969, -0.0749, -0.7988}, 0.99, 1.03, 0.97, 0.15), plane(floor, 0.59, 0.76, 0.96, 0.15),
+      plane({-0.6155, 0.0976, -0.7821}, 0.74, 0.50, 0.93, 0.22), plane({0.7735, 0.0692, -0.6300}, 0.86, 0.13, 0.97, 0.99),
+      plane({0.5158, -0.0253, -0.8563}, 7.90, 5.41, 0.89, 5.38)};
+  const auto up = estimate_up(planes);
+  ASSERT_TRUE(up.has_value());
+  EXPECT_LT(degrees_between(up->direction, floor), 2.0);
+}
+
+TEST(EstimateUp, OfAnImageThatIsTurnedByAQuarter) {
+  for (const double pitch : {5.0, 20.0, 40.0}) {
+    const Pose pose{pitch, 3.0};
+    std::vector<PlaneSegment> planes{floor_of(pose, 1.4, 3.0), wall_of(pose, 20.0, 0.3)};
+    for (const double turn : {-1.0, 1.0}) {
+      const Eigen::AngleAxisd turned(turn * std::numbers::pi / 2.0, Eigen::Vector3d::UnitZ());
+      std::vector<PlaneSegment> of_portrait = planes;
+      for (PlaneSegment& s : of_portrait) s.plane.normal = turned * s.plane.normal;
+      const auto up = estimate_up(of_portrait, true);
+      ASSERT_TRUE(up.has_value()) << pitch;
+      EXPECT_LT(degrees_between(up->direction, turned * pose.up()), 1e-6);
+      classify(up->direction, of_portrait);
+      EXPECT_EQ(of_portrait[0].kind, PlaneKind::floor);
+    }
+    const auto upright = estimate_up(planes, true);  // the image was turned back
+    ASSERT_TRUE(upright.has_value());
+    EXPECT_LT(degrees_between(upright->direction, pose.up()), 1e-6);
+  }
+}
+
+TEST(EstimateUp, LittleConfidenceCountsLittle) {
+  const Pose pose{10.0, 0.0};
+  const Pose other{40.0, 0.0};
+  std::vector<PlaneSegment> planes{floor_of(pose, 1.4, 1.0), floor_of(other, 1.4, 1.0)};
+  EXPECT_FALSE(estimate_up(planes).has_value());
+  planes[1].confidence = 0.2;
+  EXPECT_LT(error_deg(pose, planes), 1e-6);
 }
 
 std::vector<PlaneKind> kinds(const Eigen::Vector3d& up, std::vector<PlaneSegment> planes) {
@@ -203,6 +276,118 @@ TEST(Classify, ATableIsNoFloorWhenSomethingIsSeenBelow) {
   EXPECT_THAT(kinds(pose.up(), {table, cabinet}), ElementsAre(PlaneKind::horizontal, PlaneKind::wall));
   cabinet.centroid = pose.in_camera({0.0, -0.5, 1.5});
   EXPECT_THAT(kinds(pose.up(), {table, cabinet}), ElementsAre(PlaneKind::floor, PlaneKind::wall));
+}
+
+TEST(Classify, FromWhereTheSensorIs) {
+  // In coordinates whose origin lies on the floor: a plane through the origin faces either way, one above it seems a ceiling.
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const auto level = [&](double height_m) {
+    PlaneSegment s;
+    s.plane = *make_plane(up, -height_m);
+    s.area_m2 = 2.0;
+    return s;
+  };
+  std::vector<PlaneSegment> planes{level(0.01), level(0.7), level(2.5)};
+  classify(up, planes, {0.0, 0.0, 1.5});
+  EXPECT_EQ(planes[0].kind, PlaneKind::floor);
+  EXPECT_EQ(planes[1].kind, PlaneKind::horizontal);
+  EXPECT_EQ(planes[2].kind, PlaneKind::ceiling);
+}
+
+/// A cloud of pieces of planes, as laser scanners see them.
+class Building {
+ public:
+  explicit Building(const Eigen::Vector3d& origin) : origin_(origin), far_(origin.norm() > 1000.0) {}
+
+  /// `low` and `high` are opposite corners; 3 mm of noise along `axis`, across which it lies.
+  void add(const Eigen::Vector3d& low, const Eigen::Vector3d& high, int axis, int points = 12000) {
+    for (int i = 0; i < points; ++i) {
+      Eigen::Vector3d p;
+      for (int k = 0; k < 3; ++k) p[k] = low[k] < high[k] ? testing::uniform(random_, low[k], high[k]) : low[k];
+      p[axis] += 0.003 * random_.normal();
+      points_.push_back(far_ ? p : p + origin_);
+    }
+  }
+  void add_floor() { add({0, 0, 0}, {3, 3, 0}, 2, 30000); }
+  void add_table() { add({2, 2, 0.7}, {2.8, 2.8, 0.7}, 2, 6000); }
+
+  /// The kinds of the planes, by height above the building's floor in decimetres.
+  [[nodiscard]] std::map<int, PlaneKind> kinds(const std::optional<Eigen::Vector3d>& sensor = {}, int max_planes = 0) const {
+    SegmentOptions options;
+    options.max_planes = max_planes;
+    options.up = Eigen::Vector3d(0, 0, 2);
+    if (sensor) options.sensor_position = *sensor + origin_;
+    const PointCloud cloud = testing::cloud_of(points_, far_ ? origin_ : Eigen::Vector3d(Eigen::Vector3d::Zero()));
+    const auto found = segment(cloud, options);
+    EXPECT_TRUE(found.ok());
+    std::map<int, PlaneKind> kinds;
+    for (const PlaneSegment& s : found->planes) {
+      if (s.kind == PlaneKind::wall) continue;
+      kinds[static_cast<int>(std::lround(10.0 * (s.centroid - origin_).z()))] = s.kind;
+    }
+    return kinds;
+  }
+
+ private:
+  Eigen::Vector3d origin_;
+  bool far_;  ///< Too far for floats.
+  RandomStream random_ = testing::test_random();
+  std::vector<Eigen::Vector3d> points_;
+};
+
+// base_link on the floor, a map's origin above or below it, UTM.
+const std::vector<Eigen::Vector3d> kOrigins{{0, 0, 0},    {0, 0, 0.3}, {-7, 2, 20},
+                                            {1, 1, -0.3}, {5, 5, -40}, {456789, 5432100, 312}};
+
+using Kinds = std::map<int, PlaneKind>;
+
+TEST(ClassifyClouds, AFloorIsAFloorWhereverTheOriginIs) {
+  for (const Eigen::Vector3d& origin : kOrigins) {
+    SCOPED_TRACE(origin.transpose());
+    Building room(origin);
+    room.add_floor();
+    EXPECT_EQ(room.kinds(), (Kinds{{0, PlaneKind::floor}}));
+    room.add_table();
+    EXPECT_EQ(room.kinds(), (Kinds{{0, PlaneKind::floor}, {7, PlaneKind::horizontal}}));
+    EXPECT_EQ(room.kinds(Eigen::Vector3d(1, 1, 1.5)), (Kinds{{0, PlaneKind::floor}, {7, PlaneKind::horizontal}}));
+    room.add({0, 0, 0}, {3, 0, 2.4}, 1);
+    room.add({0, 0, 2.4}, {3, 3, 2.4}, 2, 20000);
+    const Kinds all{{0, PlaneKind::floor}, {7, PlaneKind::horizontal}, {24, PlaneKind::ceiling}};
+    EXPECT_EQ(room.kinds(), all);
+    EXPECT_EQ(room.kinds(Eigen::Vector3d(1, 1, 1.5)), all);
+  }
+}
+
+TEST(ClassifyClouds, WhatLiesAboveAndBelowTells) {
+  for (const Eigen::Vector3d& origin : kOrigins) {
+    SCOPED_TRACE(origin.transpose());
+    Building from_below(origin);  // one plane is asked for: a ceiling with what hangs from it, and walls
+    from_below.add({0, 0, 2.4}, {3, 3, 2.4}, 2, 30000);
+    from_below.add({0, 0, 0.2}, {3, 0, 2.4}, 1, 9000);
+    EXPECT_EQ(from_below.kinds({}, 1), (Kinds{{24, PlaneKind::ceiling}}));
+    Building table(origin);  // one plane is asked for: a table, on whose floor things are
+    table.add({0, 0, 0.7}, {2, 2, 0.7}, 2, 20000);
+    table.add({0, 0, 0}, {2, 2, 0}, 2, 8000);
+    EXPECT_EQ(table.kinds({}, 1), (Kinds{{7, PlaneKind::horizontal}}));
+  }
+}
+
+TEST(ClassifyClouds, ACloudCarriesItsSensorsPosition) {
+  // A lone level plane, seen from below.
+  RandomStream random = testing::test_random();
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 5000; ++i) points.emplace_back(testing::uniform(random, 0, 2), testing::uniform(random, 0, 2), 5.0);
+  PointCloud cloud = testing::cloud_of(points);
+  SegmentOptions options;
+  options.up = Eigen::Vector3d::UnitZ();
+  EXPECT_EQ(segment(cloud, options)->planes[0].kind, PlaneKind::floor);
+  EXPECT_FALSE(segment(cloud, options)->sensor_position.has_value());
+  cloud.sensor_position = Eigen::Vector3d(0, 0, 4.0);
+  EXPECT_EQ(segment(cloud, options)->planes[0].kind, PlaneKind::ceiling);
+  EXPECT_EQ(segment(cloud, options)->sensor_position, cloud.sensor_position);
+  SegmentOptions named = options;
+  named.sensor_position = Eigen::Vector3d(0, 0, 6.0);
+  EXPECT_EQ(segment(cloud, named)->planes[0].kind, PlaneKind::floor);
 }
 
 TEST(Classify, APlaneSeenEdgeOnIsNoFloor) {

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/result.hpp"
@@ -66,6 +67,8 @@ class PointCloud {
 
   /// Metres; added to every coordinate.
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  /// Where the sensor was, in the coordinates of the input, metres. Unset: unknown.
+  std::optional<Eigen::Vector3d> sensor_position;
   /// Organised clouds: columns, width * height == size(). Unorganised: height 1 (width = size()) or both 0.
   int width = 0;
   int height = 0;                                              ///< Rows, likewise.

@@ -21,7 +21,10 @@ enum class CloudEncoding { ascii, binary, binary_compressed };  ///< binary_comp
 /// fields x, y, z (or X, Y, Z) of any type of number. `metres_per_unit`: what a unit of the file's coordinates is, 0.001 where
 /// they are millimetres; finite and above 0, else invalid_argument. The origin is chosen near the cloud's centre when its
 /// coordinates are too large for float (|coordinate| > 1000 m), else zero. Organised clouds keep width x height.
-/// Points that are not finite are NaN on all axes. A PCD's VIEWPOINT is not applied.
+/// Points that are not finite are NaN on all axes.
+/// A PCD's VIEWPOINT says where the sensor was (PointCloud::sensor_position), in the points' own coordinates, as PCL's estimation
+/// of normals takes it; the points are not moved or turned by it. A translation of 0 0 0 is what PCL writes where it knows none,
+/// and stands for an unknown position.
 /// Points at (0, 0, 0) are read as they stand; segment() takes them for "no return" (PointCloud::measured).
 /// A header that promises no points gives an empty cloud.
 /// Every size in the header is checked against the file's size and `limits` before memory is taken.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What stands on, hangs above or falls away from a plane that carries, in a segmented depth image or
-/// point cloud.
+/// What stands on, hangs above or falls away from a support plane, in a segmented depth image or point cloud.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,11 +22,13 @@
 
 namespace fransac {
 
-/// Which plane carries.
+/// Which plane is the support. All but `plane` are level planes that face up, to within 5 degrees and the errors of up and of the
+/// plane; where up is not known there is none.
 enum class SupportKind {
-  automatic,  ///< The floor where one is known, else the first plane.
+  automatic,  ///< The floor where one is known, else as `table`.
   floor,      ///< The largest plane of kind floor.
-  table,      ///< The largest plane of kind horizontal: a table top, a shelf.
+  table,      ///< What things stand on: of the planes at a table's height above a floor, else of all, the one with most area and
+              ///< confidence, and of those with half as much the lowest.
   plane,      ///< The one with a given label.
 };
 template <>
@@ -35,7 +36,40 @@ struct EnumNames<SupportKind> {
   static constexpr std::string_view values[] = {"auto", "floor", "table", "plane"};
 };
 
-/// Which plane carries, and its label where one is named.
+/// Why the support is what it is, or why there is none.
+enum class SupportReason {
+  named,           ///< The user named the plane.
+  floor,           ///< The largest plane of kind floor.
+  surface,         ///< The surface that things stand on, as SupportKind::table says.
+  no_planes,       ///< None: no plane was found.
+  no_such_plane,   ///< None: no plane has the label that was named.
+  up_unknown,      ///< None: nothing tells what is up.
+  no_floor,        ///< None: no plane is a floor that is level to within its error.
+  no_level_plane,  ///< None: no plane faces up and is level to within its error.
+};
+template <>
+struct EnumNames<SupportReason> {
+  static constexpr std::string_view values[] = {"named",         "floor",      "surface",  "no_planes",
+                                                "no_such_plane", "up_unknown", "no_floor", "no_level_plane"};
+};
+
+/// The reason in words: "the largest plane of the lowest level".
+std::string_view reason_text(SupportReason reason);
+
+/// What speaks against the support.
+enum class SupportDoubt {
+  none,             ///< Nothing.
+  up_unknown,       ///< It was named, and nothing tells what is up.
+  tilted,           ///< It is farther from level than a ramp of 1 : 12.
+  up_uncertain,     ///< Up is estimated with more than 3 degrees of error, one sigma.
+  something_lower,  ///< It stands for the floor, and something is seen that is lower.
+};
+template <>
+struct EnumNames<SupportDoubt> {
+  static constexpr std::string_view values[] = {"none", "up_unknown", "tilted", "up_uncertain", "something_lower"};
+};
+
+/// Which plane is the support, and its label where one is named.
 struct SupportChoice {
   SupportKind kind = SupportKind::automatic;  ///< Which one.
   int plane = 0;                              ///< Its label, with `plane`.
@@ -85,8 +119,8 @@ void for_each_obstacle_option(Options& o, Visitor&& visit) {
 /// Checks every range, and that the support's label can be one. The message names the option.
 Status validate(const ObstacleOptions& options);
 
-/// Coordinates on the support: the camera's foot is the origin, z up along the support's normal, x the camera's viewing direction
-/// laid on the plane, y to the left.
+/// Coordinates on the support: the foot of the camera, or of a cloud's sensor, is the origin, z up along the support's normal, x
+/// the camera's viewing direction (z of the input's coordinates) laid on the plane, y to the left.
 struct GroundFrame {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();    ///< In the camera's frame, metres.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< Columns: x, y, z in the camera's frame.
@@ -96,8 +130,8 @@ struct GroundFrame {
   /// A point of the ground in the camera's frame, metres.
   [[nodiscard]] Eigen::Vector3d to_camera(const Eigen::Vector3d& point) const { return axes * point + origin; }
 };
-/// The coordinates on a plane in the camera's frame.
-GroundFrame ground_frame(const Plane& support);
+/// The coordinates on a plane, in the frame of the plane and of the sensor's position, metres.
+GroundFrame ground_frame(const Plane& support, const Eigen::Vector3d& sensor = Eigen::Vector3d::Zero());
 
 /// A box that stands upright on the support: the one with the smallest footprint around what is seen.
 struct UprightBox {
@@ -133,11 +167,15 @@ struct Obstacle {
 
 /// What find_obstacles() found.
 struct Obstacles {
-  /// Labels of the planes that carry, the chosen first; with a floor, all planes of that kind that are no higher or lower than
-  /// what is no obstacle and no drop. Empty: no such plane was found, and all else is empty, too.
+  /// Labels of the support's planes, the chosen first, with all planes of its kind that are no higher or lower than what is no
+  /// obstacle and no drop. Empty: there is none, as support_reason says, and all that is seen is an obstacle.
   std::vector<int> support;
-  GroundFrame ground;                 ///< Coordinates on the support.
-  Plane support_plane;                ///< The chosen one, in the camera's frame.
+  SupportReason support_reason = SupportReason::no_planes;  ///< Why these, or none.
+  SupportDoubt support_doubt = SupportDoubt::none;          ///< What speaks against them.
+  GroundFrame ground;                                       ///< Coordinates on the support, or on support_plane without one.
+  /// The chosen one, in the camera's frame. Without a support a plane below all that is seen, at right angles to up; where up is
+  /// not known, either, as if the camera was level, or a cloud's z was up.
+  Plane support_plane;
   int width = 0;                      ///< Of the label image; unorganised clouds: the number of points.
   int height = 0;                     ///< 1 for unorganised clouds.
   std::vector<std::uint16_t> labels;  ///< One per pixel: 0, or an obstacle's id.
@@ -162,7 +200,7 @@ class ObstacleWorkspace {
 
 /// Finds obstacles in a depth image of which `segmentation` is the segmentation. `limits`: those it was made with, null without;
 /// what is outside them is no obstacle. docs/algorithms.md, "Obstacles", derives the steps. Errors: invalid_argument (options,
-/// sizes that differ). No support is no error.
+/// sizes that differ). No support is no error: everything is an obstacle then, and nothing a drop.
 Result<Obstacles> find_obstacles(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
                                  const ObstacleOptions& options = {}, const AxisLimits* limits = nullptr);
 /// The same, reusing the memory of `workspace` and `obstacles`; after an error `obstacles` holds none.
@@ -174,7 +212,8 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
 /// point, `pixels` counts points, and an obstacle of min_size_m has as many points as a piece of plane of that size. What touches
 /// is not told apart (touching_size_m means nothing), and nothing is known to be seen through the support: there are no drops.
 /// Where the method that found the planes knows no noise, heights up to that of the farthest of the support's own points are
-/// none. The origin of the coordinates counts as the camera: it is above the support (unless Segmentation::up says otherwise).
+/// none. Segmentation::sensor_position counts as the camera, or the origin where that is not known: it is above the support
+/// (unless Segmentation::up says otherwise), and distances are from there.
 /// Errors: invalid_argument (options, sizes that differ, a cluster distance too small for the cloud's extent), out_of_memory.
 Result<Obstacles> find_obstacles(const PointCloud& cloud, const Segmentation& segmentation, const ObstacleOptions& options = {},
                                  const AxisLimits* limits = nullptr);

@@ -29,8 +29,8 @@ inline constexpr double kMaxSquares = 64e6;
 /// The ground around the camera's foot, as far as max_range_m in all directions: x ahead of the camera, y left (GroundFrame).
 /// Squares with obstacle pixels are occupied, and so are those of a drop: where its pixels' rays go through the support, the
 /// ground is missing. Squares on which the support is seen and no obstacle are free; the others are unknown.
-/// An empty grid without a support. Errors: invalid_argument (options, more than kMaxSquares squares, sizes that differ),
-/// out_of_memory.
+/// Without a support no square is free; an empty grid of obstacles that were not looked for. Errors: invalid_argument (options,
+/// more than kMaxSquares squares, sizes that differ), out_of_memory.
 Result<OccupancyGrid> occupancy_grid(const DepthView& depth, const Camera& camera, const Segmentation& segmentation,
                                      const Obstacles& obstacles, const OccupancyOptions& options = {});
 

@@ -92,6 +92,9 @@ struct SegmentOptions {
   /// Up in the frame of the camera or of the sensor at the cloud's origin, of any length, as an IMU tells it: tells floors from
   /// walls. Unset: `cells` estimates it from the planes of a depth image, the others tell no kinds.
   std::optional<Eigen::Vector3d> up;
+  /// Where the sensor was, in the input's coordinates, metres: floors are below it, ceilings above. Unset: the origin of a depth
+  /// image and of a cloud that `cells` takes, else PointCloud::sensor_position.
+  std::optional<Eigen::Vector3d> sensor_position;
   PassThroughOptions pass_through;  ///< Which points take part.
   VoxelGridOptions voxel_grid;      ///< Of the methods that have one.
   RansacPlaneOptions ransac;        ///< Of all methods but `cells`.
@@ -135,6 +138,9 @@ struct OptionInfo {
   bool open_max = false;                                  ///< Whether `max` itself is invalid.
   std::string_view parameter_of{};                        ///< Not empty: written as "--parameter_of name=value".
 };
+
+/// Whether an option of three numbers is a position, which may be 0, and no direction.
+constexpr bool is_position(const OptionInfo& info) { return !info.unit.empty(); }
 
 /// Calls visit(info, value&) for every option; the one list of names, units, ranges and help texts.
 template <class Options, class Visitor>
@@ -183,6 +189,8 @@ void for_each_option(Options& o, Visitor&& visit) {
       o.cells.prior_angle_deg);
   visit(OptionInfo{"residuals", "", "cells: keep the distance of every pixel to its plane"}, o.cells.residuals);
   visit(OptionInfo{"up", "", "up in the frame of the camera or cloud, which tells floors from walls; cells estimates it"}, o.up);
+  visit(OptionInfo{"sensor-position", "m", "where the sensor was: floors are below it; of clouds else the PCD's VIEWPOINT"},
+        o.sensor_position);
 }
 
 template <>

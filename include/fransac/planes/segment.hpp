@@ -49,7 +49,7 @@ struct PlaneSegment {
   std::uint64_t iterations = 0;  ///< Hypotheses of the search that found it.
   StopReason stop_reason = StopReason::max_iterations;  ///< Why that search ended.
   double rms_m = 0.0;                                  ///< Root mean square distance of the labelled points to the plane, metres.
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< Of the labelled points, metres (`cells`; else zero).
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< Of the labelled points, metres (`cells`, clouds; else zero).
   /// Of (normal, d), rank 3 (`cells`; else zero). Unaligned, so that programs built for other instruction sets agree on the
   /// layout.
   Eigen::Matrix<double, 4, 4, Eigen::DontAlign> covariance = Eigen::Matrix4d::Zero();
@@ -90,6 +90,10 @@ struct Segmentation {
                                       ///< NaN where there is none. Else empty.
   std::optional<Eigen::Vector3d> up;  ///< Unit vector in the input's coordinates.
   UpSource up_source = UpSource::none;  ///< Who says so.
+  double up_sigma_rad = 0.0;            ///< One sigma of the estimate's angle, radians; 0 where up is given.
+  /// Where the sensor was, in the input's coordinates, metres: given, a cloud's own, or the camera's place in a depth image.
+  /// Unset: unknown.
+  std::optional<Eigen::Vector3d> sensor_position;
   // The errors that `cells` worked with, the sensor's or estimated (SensorModel); zero for the other methods.
   DepthNoise noise;       ///< Pixel noise: one sigma of what is independent from pixel to pixel.
   DepthNoise slow_noise;  ///< Slow noise: one sigma of what pixels near each other share, over tens of pixels.

@@ -221,11 +221,7 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   measure_planes(b, result);
   arrange(options, result);
   if (limits != nullptr) mark_excluded(rows, b.image.work.front(), result);
-  if (options.up) {
-    set_up(options.up->normalized(), UpSource::given, result);
-  } else if (const auto up = estimate_up(result.planes)) {
-    set_up(*up, UpSource::estimated, result);
-  }
+  set_up(options, result);
   if (options.cells.residuals) measure_residuals(depth, camera, result);
   clock.end(Stage::labels);
   return {};
