@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "errors.hpp"
-#include "fransac/io/camera_json.hpp"
+#include "fransac/io/camera_file.hpp"
 #ifdef FRANSAC_HAS_CLOUD_IO
 #include "fransac/io/cloud_file.hpp"
 #endif

@@ -344,7 +344,9 @@ void add_count(CLI::App& app, const std::string& name, int& value, int min, int 
 void add_input_options(CLI::App& app, InputOptions& inputs) {
   CLI::Option* const option = app.add_option_function<std::string>(
       "--camera", [&inputs](const std::string& name) { inputs.camera = name; },
-      "intrinsics instead of the frames' own: a camera.json, or freiburg1, freiburg2, freiburg3 of the TUM benchmark");
+      "intrinsics instead of the frames' own: a camera.json, ROS's, Open3D's, RealSense's or ORB-SLAM's file, or freiburg1, "
+      "freiburg2, freiburg3 of the "
+      "TUM benchmark");
   offer_words(option->type_name("FILE|NAME"), {"freiburg1", "freiburg2", "freiburg3"});
   add_count(
       app, "--max-size", inputs.max_size, 1, std::numeric_limits<int>::max(),

@@ -61,16 +61,16 @@ Result<InputKind> kind_of_file(const fs::path& file) {
 }
 
 Result<InputKind> kind_of_folder(const fs::path& folder) {
-  if (is_file(folder / "depth.txt")) return InputKind::tum_sequence;
+  if (is_tum_sequence(folder)) return InputKind::tum_sequence;
   if (is_file(folder / "depth.png")) return InputKind::frame;
   if (is_file(folder / "dataset.json")) return InputKind::dataset;
   const Result<std::vector<fs::path>> entries = sorted_entries(folder);
   if (!entries) return entries.error();
   const auto holds_frame = [](const fs::path& entry) { return is_file(entry / "depth.png") || is_depth_png(entry); };
   if (std::any_of(entries->begin(), entries->end(), holds_frame)) return InputKind::dataset;
-  return unknown(
-      folder,
-      "no frame in this folder: no depth.png, no depth.txt, no dataset.json, no sub-folder with a depth.png and no 16-bit PNG");
+  return unknown(folder,
+                 "no frame in this folder: no depth.png, no depth.txt or associations.txt, no dataset.json, no sub-folder with a "
+                 "depth.png and no 16-bit PNG");
 }
 
 }  // namespace
@@ -79,6 +79,8 @@ bool is_file(const fs::path& path) {
   std::error_code error;
   return fs::is_regular_file(path, error);
 }
+
+bool is_tum_sequence(const fs::path& folder) { return is_file(folder / "depth.txt") || is_file(folder / kTumAssociations); }
 
 bool is_depth_png(const fs::path& file) {
   if (!is_file(file)) return false;

@@ -17,6 +17,12 @@ std::optional<InputKind> kind_of_content(std::string_view head);
 /// The entries of a folder, sorted by name.
 Result<std::vector<std::filesystem::path>> sorted_entries(const std::filesystem::path& folder);
 
+/// A file whose lines pair the depth images and pictures of a TUM RGB-D sequence.
+inline constexpr const char* kTumAssociations = "associations.txt";
+
+/// Whether a folder holds the lists of a TUM RGB-D sequence.
+bool is_tum_sequence(const std::filesystem::path& folder);
+
 bool is_file(const std::filesystem::path& path);
 
 /// Whether a file starts as a 16-bit greyscale PNG does.

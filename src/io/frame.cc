@@ -2,7 +2,7 @@
 #include <system_error>
 #include <utility>
 
-#include "fransac/io/camera_json.hpp"
+#include "fransac/io/camera_file.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/io/file.hpp"
 #include "io/depth_reader.h"
@@ -21,15 +21,22 @@ Error format_error(const fs::path& file, const std::string& what) { return file_
 
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
+Result<Camera> read_pinhole(const fs::path& file) {
+  const Result<CameraFile> read = read_camera_file(file);
+  if (!read) return read.error();
+  return pinhole_of(*read, file.string());
+}
+
 Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>& camera_file, const DepthImage& depth) {
   const std::optional<fs::path>& source = camera_file ? camera_file : files.camera_file;
   if (!source && !files.camera) {
-    const std::string searched = files.timestamp_s ? "camera.json in the sequence's folder, which is not named after freiburg1..3"
-                                                   : printable((files.depth.parent_path() / "camera.json").native());
+    const std::string searched =
+        files.timestamp_s ? "camera.json or camera.yaml in the sequence's folder, which is not named after freiburg1..3"
+                          : printable((files.depth.parent_path() / "camera.json").native()) + " or camera.yaml";
     return file_error(ErrorCode::no_data, files.depth.native(),
                       "no camera: there is no " + searched + ", and none was given (--camera)");
   }
-  Result<Camera> camera = source ? read_camera_json(*source) : *files.camera;
+  Result<Camera> camera = source ? read_pinhole(*source) : *files.camera;
   if (camera && (camera->width != depth.width || camera->height != depth.height)) {
     return format_error(source.value_or(files.depth), "the camera is for " + size_text(camera->width, camera->height) +
                                                           " pixels, but " + printable(files.depth.native()) + " has " +

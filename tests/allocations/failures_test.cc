@@ -27,7 +27,7 @@
 #include "fransac/filter/organised.hpp"
 #include "fransac/filter/rays.hpp"
 #include "fransac/filter/voxel_grid.hpp"
-#include "fransac/io/camera_json.hpp"
+#include "fransac/io/camera_file.hpp"
 #include "fransac/io/cloud_file.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/io/file.hpp"
@@ -443,11 +443,17 @@ class FileFailures : public Failures {
 
 TEST_F(FileFailures, OfText) {
   const std::string camera = io::camera_to_json(scene().camera);
-  expect_no_throw("camera", [&] { return io::parse_camera_json(camera, name); });
+  expect_no_throw("camera", [&] { return io::parse_camera_file(camera, name); });
   const auto camera_file = folder.write("camera.json", camera);
-  expect_no_throw("camera's file", [&] { return io::read_camera_json(camera_file); });
+  expect_no_throw("camera's file", [&] { return io::read_camera_file(camera_file); });
   expect_no_throw(
-      "broken", [&] { return io::parse_camera_json("{\"width\": 3, \"height\": [", name); }, ErrorCode::format);
+      "broken", [&] { return io::parse_camera_file("{\"width\": 3, \"height\": [", name); }, ErrorCode::format);
+  const std::string calibration =
+      "%YAML:1.0\nCamera.width: 4\nCamera.height: 3\nCamera.fx: 5\nCamera.fy: 5\nCamera.cx: 1\nCamera.cy: 1\nCamera.k1: 0.5\n";
+  expect_no_throw("calibration", [&] { return io::parse_camera_file(calibration, name); });
+  const io::CameraFile lens = *io::parse_camera_file(calibration, name);
+  expect_no_throw(
+      "lens", [&] { return io::pinhole_of(lens, name); }, ErrorCode::format);
   SensorOptions options;
   options.kind = SensorKind::stereo;
   options.distortion = some_distortion();

@@ -160,6 +160,12 @@ def sequence(folder, name):
     write(folder / name / "camera.json", json.dumps(CAMERA))
 
 
+def associations(folder, name):
+    sequence(folder, name)
+    (folder / name / "depth.txt").unlink()
+    write(folder / name / "associations.txt", "".join(f"100.{i} rgb/{i}.png 100.{i} depth/{i}.png\n" for i in range(3)))
+
+
 def sensor(folder, name, changes):
     """A sensor.json for frames of this size; `changes`: JSON, "width" is the distortion's."""
     changed = json.loads(changes)

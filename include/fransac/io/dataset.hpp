@@ -23,7 +23,7 @@ enum class InputKind {
   frame,         ///< A folder with depth.png (and camera.json): one frame.
   dataset,       ///< A folder whose sub-folders are frames, with or without dataset.json; or a folder of depth PNGs (with a
                  ///< camera.json).
-  tum_sequence,  ///< A folder with depth.txt.
+  tum_sequence,  ///< A folder with depth.txt, or with associations.txt.
   pcd,           ///< A cloud in PCL's format.
   ply,           ///< A cloud in the Stanford polygon format.
   xyz,           ///< A cloud as lines of text, told by the file's ending .xyz.
@@ -53,7 +53,7 @@ struct FrameFiles {
   std::optional<std::filesystem::path> objects;      ///< objects.png, 8 or 16 bit.
   std::optional<std::filesystem::path> regions;      ///< gt_seg.png, 8 bit: regions as Hoover et al. (1996) number them.
   std::optional<std::filesystem::path> truth;        ///< truth.json with plane coefficients.
-  std::optional<std::filesystem::path> camera_file;  ///< camera.json.
+  std::optional<std::filesystem::path> camera_file;  ///< As read_camera_file() knows it.
   std::optional<Camera> camera;                      ///< Known without a file (TUM).
   std::optional<double> timestamp_s;                 ///< Of a sequence.
   std::optional<int> floor;                          ///< The floor's label, where dataset.json tells it.
@@ -67,18 +67,20 @@ struct Dataset {
   Truth truth = Truth::none;            ///< What its labels hold.
   std::string sensor;                   ///< dataset.json's "sensor", or empty.
   std::vector<FrameFiles> frames;       ///< Sorted by name; a sequence: by time.
-  /// Files of the whole input, as far as they exist: dataset.json; of a sequence depth.txt, rgb.txt and groundtruth.txt.
+  /// Files of the whole input, as far as they exist: dataset.json; of a sequence depth.txt, rgb.txt, associations.txt and
+  /// groundtruth.txt.
   std::vector<std::filesystem::path> files;
 };
 
 /// Lists the frames of a depth PNG, a frame folder, a dataset or a TUM sequence (not of a cloud).
-/// TUM: depth.txt lines "timestamp filename", '#' comments; rgb.txt associated by nearest timestamp within 20 ms;
-/// intrinsics from camera.json beside it, else from the folder's name (freiburg1..3). A depth image that is named depth.png, in
-/// a folder of its own, has what lies beside it: its camera, colour and truth.
-/// What lies beside a single depth PNG is its own when it is named depth.png or is the folder's only depth PNG, else only
-/// the camera.json is. `truth`, `sensor` and `floor` are from dataset.json in the folder, or above a single frame; without one,
-/// labels are taken for all planes.
-/// A folder without a frame is a no_data error; a depth.txt line that cannot be read is a format error naming file and line.
+/// TUM: depth.txt lines "timestamp filename", '#' comments; rgb.txt associated by nearest timestamp within 20 ms; without
+/// depth.txt associations.txt, lines "timestamp picture timestamp depth-image"; intrinsics from the camera's file beside it, else
+/// from the folder's name (freiburg1..3). A depth image that is named depth.png, in a folder of its own, has what lies beside it:
+/// its camera, colour and truth. What lies beside a single depth PNG is its own when it is named depth.png or is the folder's
+/// only depth PNG, else only the camera's file is: camera.json, camera.yaml or camera.yml, of any kind that read_camera_file()
+/// knows. `truth`, `sensor` and `floor` are from dataset.json in the folder, or above a single frame; without one, labels are
+/// taken for all planes. A folder without a frame is a no_data error; a depth.txt line that cannot be read is a format error
+/// naming file and line.
 Result<Dataset> list_frames(const std::filesystem::path& input);
 
 /// A loaded frame.
