@@ -915,9 +915,9 @@ class Frame:
         """Of the image's size."""
 
     @property
-    def depth(self) -> numpy.typing.NDArray[numpy.uint16]:
+    def depth(self) -> numpy.typing.NDArray[numpy.uint16] | numpy.typing.NDArray[numpy.float32]:
         """
-        (H, W) uint16, raw units: metres = value / camera.depth_scale; 0 is no measurement.
+        (H, W) uint16, raw units: metres = value / camera.depth_scale; or float32, metres, where the file holds floats. 0 is no measurement.
         """
 
     @property

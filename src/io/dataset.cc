@@ -61,9 +61,9 @@ FrameFiles frame_in(const fs::path& folder, const fs::path& depth, std::string n
   return frame;
 }
 
-Result<std::vector<fs::path>> depth_pngs_in(const fs::path& folder) {
+Result<std::vector<fs::path>> depth_images_in(const fs::path& folder) {
   Result<std::vector<fs::path>> entries = sorted_entries(folder);
-  if (entries) std::erase_if(*entries, [](const fs::path& entry) { return !is_depth_png(entry); });
+  if (entries) std::erase_if(*entries, [](const fs::path& entry) { return !is_depth_image(entry); });
   return entries;
 }
 
@@ -130,10 +130,10 @@ Status describe(Dataset& dataset, std::initializer_list<fs::path> folders) {
   return {};
 }
 
-Status list_depth_png(const fs::path& file, Dataset& dataset) {
+Status list_depth_image(const fs::path& file, Dataset& dataset) {
   const fs::path folder = file.parent_path().empty() ? fs::path(".") : file.parent_path();
-  const bool named_depth = file.filename() == "depth.png";
-  const Result<std::vector<fs::path>> images = named_depth ? std::vector{file} : depth_pngs_in(folder);
+  const bool named_depth = is_named_depth(file);
+  const Result<std::vector<fs::path>> images = named_depth ? std::vector{file} : depth_images_in(folder);
   if (!images) return images.error();
   const std::optional<fs::path> camera_file = camera_in(folder);
   dataset.frames.push_back(images->size() <= 1 ? frame_in(folder, file, named_depth ? dataset.name : file.stem().string())
@@ -146,7 +146,7 @@ Status list_depth_png(const fs::path& file, Dataset& dataset) {
 }
 
 Status list_frame(const fs::path& folder, Dataset& dataset) {
-  dataset.frames.push_back(frame_in(folder, folder / "depth.png", dataset.name));
+  dataset.frames.push_back(frame_in(folder, depth_in(folder).value_or(folder / "depth.png"), dataset.name));
   return describe(dataset, {folder, folder / ".."});
 }
 
@@ -154,12 +154,12 @@ Status list_dataset(const fs::path& folder, Dataset& dataset) {
   const Result<std::vector<fs::path>> entries = sorted_entries(folder);
   if (!entries) return entries.error();
   for (const fs::path& entry : *entries) {
-    if (is_file(entry / "depth.png")) dataset.frames.push_back(frame_in(entry, entry / "depth.png", entry.filename().string()));
+    if (const auto depth = depth_in(entry)) dataset.frames.push_back(frame_in(entry, *depth, entry.filename().string()));
   }
   if (dataset.frames.empty()) {
     const std::optional<fs::path> camera_file = camera_in(folder);
     for (const fs::path& entry : *entries) {
-      if (is_depth_png(entry)) dataset.frames.push_back(frame_among_many(entry, camera_file));
+      if (is_depth_image(entry)) dataset.frames.push_back(frame_among_many(entry, camera_file));
     }
   }
   return describe(dataset, {folder});
@@ -206,7 +206,7 @@ Result<std::vector<TumFrame>> tum_frames(const fs::path& folder) {
 /// What lies beside such a depth image is its own.
 bool is_depth_of_its_folder(const TumEntry& entry) {
   const fs::path file(entry.file);
-  return file.has_parent_path() && file.filename() == "depth.png";
+  return file.has_parent_path() && is_named_depth(file);
 }
 
 Status list_tum(const fs::path& folder, Dataset& dataset) {
@@ -231,7 +231,7 @@ Status list_tum(const fs::path& folder, Dataset& dataset) {
 
 Status list_kind(const fs::path& input, Dataset& dataset) {
   switch (dataset.kind) {
-    case InputKind::depth_png: return list_depth_png(input, dataset);
+    case InputKind::depth_image: return list_depth_image(input, dataset);
     case InputKind::frame: return list_frame(input, dataset);
     case InputKind::dataset: return list_dataset(input, dataset);
     case InputKind::tum_sequence: return list_tum(input, dataset);
@@ -250,7 +250,7 @@ Result<Dataset> list_frames(const fs::path& input) {
     if (!kind) return kind.error();
     Dataset dataset;
     dataset.kind = *kind;
-    dataset.name = folder_name(*kind == InputKind::depth_png ? fs::absolute(input).parent_path() : input);
+    dataset.name = folder_name(*kind == InputKind::depth_image ? fs::absolute(input).parent_path() : input);
     if (const Status status = list_kind(input, dataset); !status) return status.error();
     if (dataset.frames.empty()) return file_error(ErrorCode::no_data, input.native(), "holds no frame");
     return dataset;

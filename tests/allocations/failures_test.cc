@@ -484,11 +484,14 @@ TEST_F(FileFailures, OfImages) {
   expect_no_throw("write colour", [&, &file = path("colour.png")] { return io::write_png(file, colour); });
   EXPECT_THAT(folder.names(), ::testing::IsSupersetOf({"colour.png", "depth.png", "labels.png", "objects.png"}));
   expect_decoded_without_throw("read depth", [&, &file = path("depth.png")] { return io::read_depth_png(file); });
+  expect_decoded_without_throw("read a depth image", [&, &file = path("depth.png")] { return io::read_depth_image(file); });
   expect_decoded_without_throw("read labels", [&, &file = path("labels.png")] { return io::read_label_png(file); });
   expect_decoded_without_throw("read objects", [&, &file = path("objects.png")] { return io::read_object_png(file); });
   expect_decoded_without_throw("read colour", [&, &file = path("colour.png")] { return io::read_colour_image(file); });
   const auto bytes = *io::read_file(folder / "depth.png", kMostBytes);
   expect_decoded_without_throw("decode depth", [&] { return io::decode_depth_png(bytes, name); });
+  const std::string pgm = "P5 2 1 65535 abcd";
+  expect_no_throw("decode a PGM", [&] { return io::decode_depth_image(std::as_bytes(std::span(pgm)), name); });
   expect_decoded_without_throw(
       "decode labels", [&] { return io::decode_label_png(bytes, name); }, ErrorCode::format);
   expect_decoded_without_throw("decode objects", [&] { return io::decode_object_png(bytes, name); });

@@ -53,7 +53,7 @@ std::vector<std::string> frame_names(const Dataset& dataset) {
 TEST(DetectKind, FindsEachKindFromTheContent) {
   const TemporaryFolder folder;
   write_depth(folder / "a/no_extension");
-  EXPECT_EQ(*detect_kind(folder / "a/no_extension"), InputKind::depth_png);
+  EXPECT_EQ(*detect_kind(folder / "a/no_extension"), InputKind::depth_image);
   EXPECT_EQ(*detect_kind(folder / "a"), InputKind::dataset);
   EXPECT_EQ(*detect_kind(folder.write("1.png", "# .PCD v0.7 - Point Cloud Data\n")), InputKind::pcd);
   EXPECT_EQ(*detect_kind(folder.write("2.png", "# made by a scanner\n\nVERSION 0.7\n")), InputKind::pcd);
@@ -71,7 +71,7 @@ TEST(DetectKind, FindsEachKindFromTheContent) {
 
 TEST(DetectKind, FallsBackToTheName) {
   const TemporaryFolder folder;
-  EXPECT_EQ(*detect_kind(folder.write("a.PNG", "")), InputKind::depth_png);
+  EXPECT_EQ(*detect_kind(folder.write("a.PNG", "")), InputKind::depth_image);
   EXPECT_EQ(*detect_kind(folder.write("a.pcd", "FIELDS x y z")), InputKind::pcd);
   EXPECT_EQ(*detect_kind(folder.write("a.Ply", "plyx")), InputKind::ply);
 }
@@ -81,7 +81,8 @@ TEST(DetectKind, SaysWhatIsNoInput) {
   EXPECT_EQ(detect_kind(folder / "none").error().message, (folder / "none").string() + ": No such file or directory");
   EXPECT_EQ(detect_kind(folder / "none").error().code, ErrorCode::io);
   const auto text = folder.write("notes.txt", "VERSIONS of things");
-  EXPECT_EQ(detect_kind(text).error().message, text.string() + ": neither a depth PNG nor a PCD, PLY or XYZ file");
+  EXPECT_EQ(detect_kind(text).error().message,
+            text.string() + ": neither a depth image (PNG, TIFF, PGM, NPY) nor a PCD, PLY or XYZ file");
   EXPECT_EQ(detect_kind(text).error().code, ErrorCode::format);
   EXPECT_THAT(detect_kind(folder.path()).error().message, AllOf(HasSubstr(folder.path().string()), HasSubstr("depth.txt")));
   EXPECT_EQ(detect_kind(folder.path()).error().code, ErrorCode::format);
@@ -350,7 +351,7 @@ TEST(DepthPng, TakesWhatLiesBesideIt) {
   ASSERT_TRUE(write_dataset_json(folder / "set", Truth::dominant, "structured_light").ok());
   const auto dataset = list_frames(folder / "set/scene/depth.png");
   ASSERT_TRUE(dataset.ok()) << dataset.error().message;
-  EXPECT_EQ(dataset->kind, InputKind::depth_png);
+  EXPECT_EQ(dataset->kind, InputKind::depth_image);
   EXPECT_EQ(dataset->truth, Truth::dominant);
   EXPECT_EQ(dataset->sensor, "structured_light");
   ASSERT_THAT(frame_names(*dataset), ElementsAre("scene"));
