@@ -39,7 +39,7 @@ class FransacConan(ConanFile):
     def system_requirements(self):
         packages = ["libeigen3-dev", "libhwy-dev", "libtbb-dev"]
         if self.options.io:
-            packages += ["pkgconf", "nlohmann-json3-dev", "libdeflate-dev", "libspng-dev", "libturbojpeg0-dev"]
+            packages += ["pkgconf", "nlohmann-json3-dev", "libdeflate-dev", "libspng-dev", "libtiff-dev", "libturbojpeg0-dev", "libyaml-cpp-dev"]
         if self.options.cloud_io:
             packages.append("libpcl-dev")
         Apt(self).install(packages, check=True)

@@ -58,7 +58,7 @@ endfunction()
 
 set(same "= ${PROJECT_VERSION}")
 install_library(fransac "${PROJECT_DESCRIPTION}" "eigen3 >= 3.4" "libhwy, tbb")
-install_library(io "Images, cameras and folders of frames for fransac" "fransac ${same}" "libdeflate, spng, libturbojpeg")
+install_library(io "Images, cameras and folders of frames for fransac" "fransac ${same}" "libdeflate, spng, libtiff-4, libturbojpeg, yaml-cpp")
 install_library(cloud_io "PCD and PLY files for fransac" "fransac-io ${same}" "pcl_io")
 if(FRANSAC_BUILD_PCL)  # headers only
   install_pc(fransac-pcl "fransac in the place of PCL's classes" "fransac ${same}, pcl_common >= 1.12" pcl_dev "")

@@ -90,9 +90,10 @@ std::vector<BenchResult> bench_input(const BenchCommand& command, const Input& i
   std::vector<Contestant> contestants(runs.methods.size());
   for (std::size_t c = 0; c < contestants.size(); ++c) contestants[c].options = runs.options_of(runs.methods[c]);
   Progress progress(input.size());
+  Doubts doubts;
   for (std::size_t i = 0; i < input.size(); ++i) {
     progress.step(input.name_of(i));
-    time_frame(input.name_of(i), load(input, i), runs.repeat, contestants);
+    time_frame(input.name_of(i), load(input, i, doubts, progress), runs.repeat, contestants);
   }
   std::vector<BenchResult> results;
   for (const Contestant& contestant : contestants) results.push_back(summarise(input, runs.repeat, contestant));
@@ -156,7 +157,8 @@ void run_bench(BenchCommand& command) {
 Command add_bench(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("bench", "time methods on inputs");
   auto command = std::make_shared<BenchCommand>();
-  app->add_option("INPUT", command->inputs, "depth PNGs, frame folders, folders of frames, TUM RGB-D sequences, PCD or PLY files")
+  app->add_option("INPUT", command->inputs,
+                  "depth images, frame folders, folders of frames, TUM RGB-D sequences, PCD or PLY files")
       ->required();
   add_document(*app, "--json", command->json);
   add_runs(*app, command->runs, 1000000, "timed runs per frame and method, after one to warm up");

@@ -43,10 +43,12 @@ std::vector<NamedFrame> load_frames(CalibrateCommand& command) {
   const std::size_t count = std::min(files.size(), static_cast<std::size_t>(command.max_frames));
   std::vector<NamedFrame> frames;
   Progress progress(count);
+  Doubts doubts;
   for (std::size_t i = 0; i < count; ++i) {
     const auto& [name, frame] = files[i * files.size() / count];
     progress.step(name);
     frames.emplace_back(name, unwrap(io::load_frame(frame)));
+    doubts.look_at(frame, frames.back().second, progress);
     const Camera& camera = frames.back().second.camera;
     const Camera& first = frames.front().second.camera;
     if (camera.width == first.width && camera.height == first.height) continue;
@@ -100,7 +102,7 @@ void run_calibrate(CalibrateCommand& command) {
 Command add_calibrate(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("calibrate", "a sensor's noise, and the distortion that bends planes, from frames");
   auto command = std::make_shared<CalibrateCommand>();
-  app->add_option("FRAMES", command->names, "depth PNGs, folders of frames, TUM RGB-D sequences; of one camera")->required();
+  app->add_option("FRAMES", command->names, "depth images, folders of frames, TUM RGB-D sequences; of one camera")->required();
   add_output(*app, "--out,--json", command->out, "the sensor.json to write; '-' is standard output, instead of the table",
              "FILE|-");
   CLI::Option* const kind = app->add_option_function<std::string>(

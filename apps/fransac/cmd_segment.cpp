@@ -427,6 +427,7 @@ struct SegmentRun {
   Table supports_table = support_table(input.is_folder_of_frames());
   Table obstacles_table = obstacle_table(input.is_folder_of_frames(), input.is_cloud());
   Progress progress = Progress(input.size());
+  Doubts doubts{};
   Workspace workspace{};
   ObstacleWorkspace obstacle_workspace{};
   Found found{};
@@ -435,7 +436,7 @@ struct SegmentRun {
 
   void frame(std::size_t i) {
     progress.step(input.name_of(i));
-    const Content content = load(input, i);
+    const Content content = load(input, i, doubts, progress);
     check_organised(command, content);
     segment(input.name_of(i), content, command.options, workspace, found.segmentation);
     if (command.obstacles.asked) find(i, content);
@@ -503,7 +504,8 @@ void run_segment(SegmentCommand& command) {
   check_options(command.grid);
   Input input = open_input(command.input, command.inputs);
   if (command.metres_per_unit && !input.is_cloud()) {
-    throw UsageError(fmt::format("--unit: {} is no point cloud; a depth image's unit is its camera's depth_scale", input.name));
+    throw UsageError(fmt::format(
+        "--unit: {} is no point cloud; a depth image's unit is --depth-scale, or its camera's depth_scale", input.name));
   }
   input.metres_per_unit = command.metres_per_unit.value_or(1.0);
   check_names(command, input);
@@ -536,7 +538,8 @@ Command add_segment(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("segment", "find planes in a depth frame, a folder of frames or a point cloud");
   auto command = std::make_shared<SegmentCommand>();
   app->add_option("INPUT", command->input,
-                  "a 16-bit depth PNG (with camera.json beside it), a frame folder, a folder of frames, a TUM RGB-D sequence, a "
+                  "a depth image (PNG, TIFF, PGM or NPY, with its camera beside it), a frame folder, a folder of frames, a TUM "
+                  "RGB-D sequence, a "
                   "PCD, PLY or XYZ file")
       ->required();
   add_input_options(*app, command->inputs);

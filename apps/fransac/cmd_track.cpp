@@ -169,6 +169,7 @@ void run_track(TrackCommand& command) {
   }
   if (command.input == "-") {
     if (command.inputs.camera) throw UsageError("--camera: a stream says its camera in its first line");
+    if (command.inputs.depth_scale) throw UsageError("--depth-scale: a stream says its METRES_PER_UNIT in its first line");
     command.inputs.files.writes_document("--json", command.json);
     DepthStream stream(std::cin, command.inputs.limits());
     return track(command, stream);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <system_error>
 
+#include "doubts.hpp"
 #include "errors.hpp"
 #include "fransac/core/labels.hpp"
 #include "fransac/eval/metrics.hpp"
@@ -95,8 +96,18 @@ std::vector<std::uint16_t> objects_of(const Obstacles& found) {
   return labels;
 }
 
+/// 1 where depth was measured.
+std::vector<std::uint8_t> measured_in(const DepthView& depth) {
+  std::vector<std::uint8_t> measured(depth.size());
+  auto at = measured.begin();
+  for (int v = 0; v < depth.height(); ++v) {
+    for (int u = 0; u < depth.width(); ++u) *at++ = depth.metres(u, v) > 0.0F ? 1 : 0;
+  }
+  return measured;
+}
+
 void score_objects(Scores& scores, const io::Frame& frame, const Obstacles& found) {
-  const auto metrics = unwrap(eval::object_metrics(frame.objects->pixels, objects_of(found), frame.depth.pixels));
+  const auto metrics = unwrap(eval::object_metrics(frame.objects->pixels, objects_of(found), measured_in(frame.view())));
   using enum Quantity;
   scores[objects_true] = metrics.true_objects;
   scores[objects_predicted] = metrics.predicted_objects;
@@ -243,11 +254,13 @@ io::Truth truth_of(const io::Dataset& dataset) {
 void evaluate_dataset(const Runs& runs, const std::string& name, const io::Dataset& dataset, const FrameVisitor& visit) {
   const io::Truth truth = truth_of(dataset);
   Progress progress(dataset.frames.size());
+  Doubts doubts;
   Work work;
   std::vector<Segmentation> segmentations(runs.methods.size());
   for (const io::FrameFiles& files : dataset.frames) {
     progress.step(files.name);
     const io::Frame frame = unwrap(io::load_frame(files));
+    doubts.look_at(files, frame, progress);
     std::vector<Row> rows;
     for (std::size_t m = 0; m < runs.methods.size(); ++m) {
       rows.push_back(evaluate_frame(runs, runs.methods[m], name, truth, frame, work, segmentations[m]));

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "errors.hpp"
-#include "fransac/io/camera_json.hpp"
+#include "fransac/io/camera_file.hpp"
 #ifdef FRANSAC_HAS_CLOUD_IO
 #include "fransac/io/cloud_file.hpp"
 #endif
@@ -33,6 +33,7 @@ Input open_input(const std::string& name, InputOptions& options) {
     return input;
   }
   if (options.camera) throw UsageError(fmt::format("--camera: {} is a point cloud and needs no camera", name));
+  if (options.depth_scale) throw UsageError(fmt::format("--depth-scale: {} is a point cloud; its unit is --unit", name));
   options.files.reads(name);
   return input;
 }
@@ -46,6 +47,7 @@ io::Dataset open_frames(const std::string& name, InputOptions& options) {
   if (is_file) options.files.reads(*camera);
   for (io::FrameFiles& frame : dataset.frames) {
     frame.limits = options.limits();
+    frame.depth_scale = options.depth_scale;
     if (!camera) continue;
     frame.camera = known;
     frame.camera_file = known ? std::nullopt : camera;
@@ -53,9 +55,11 @@ io::Dataset open_frames(const std::string& name, InputOptions& options) {
   return dataset;
 }
 
-Content load(const Input& input, std::size_t i) {
+Content load(const Input& input, std::size_t i, Doubts& doubts, Progress& progress) {
   if (input.is_cloud()) return load_cloud(input.name, input.metres_per_unit, input.limits);
-  return unwrap(io::load_frame(input.frames[i]));
+  io::Frame frame = unwrap(io::load_frame(input.frames[i]));
+  doubts.look_at(input.frames[i], frame, progress);
+  return frame;
 }
 
 void segment(const std::string& name, const Content& content, const SegmentOptions& options, Workspace& workspace,

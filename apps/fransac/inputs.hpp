@@ -6,17 +6,19 @@
 #include <variant>
 #include <vector>
 
+#include "doubts.hpp"
 #include "fransac/core/point_cloud.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/planes/segment.hpp"
 #include "options.hpp"
+#include "progress.hpp"
 
 namespace fransac::cli {
 
 /// An input as it was named, with its frames found but not loaded.
 struct Input {
   std::string name;
-  io::InputKind kind = io::InputKind::depth_png;
+  io::InputKind kind = io::InputKind::depth_image;
   std::vector<io::FrameFiles> frames;  ///< Empty for a cloud.
   io::ReadLimits limits{};
   double metres_per_unit = 1.0;  ///< Of a cloud's coordinates.
@@ -35,7 +37,8 @@ using Content = std::variant<io::Frame, PointCloud>;
 Input open_input(const std::string& name, InputOptions& options);
 /// The same of the frames of an input that is no cloud.
 io::Dataset open_frames(const std::string& name, InputOptions& options);
-Content load(const Input& input, std::size_t i);
+/// Doubts are said while `progress` is shown.
+Content load(const Input& input, std::size_t i, Doubts& doubts, Progress& progress);
 /// Segments in the workspace's memory; `name` is the input's name for messages.
 void segment(const std::string& name, const Content& content, const SegmentOptions& options, Workspace& workspace,
              Segmentation& segmentation);

@@ -344,8 +344,19 @@ void add_count(CLI::App& app, const std::string& name, int& value, int min, int 
 void add_input_options(CLI::App& app, InputOptions& inputs) {
   CLI::Option* const option = app.add_option_function<std::string>(
       "--camera", [&inputs](const std::string& name) { inputs.camera = name; },
-      "intrinsics instead of the frames' own: a camera.json, or freiburg1, freiburg2, freiburg3 of the TUM benchmark");
+      "intrinsics instead of the frames' own: a camera.json, ROS's, Open3D's, RealSense's or ORB-SLAM's file, or freiburg1, "
+      "freiburg2, freiburg3 of the "
+      "TUM benchmark");
   offer_words(option->type_name("FILE|NAME"), {"freiburg1", "freiburg2", "freiburg3"});
+  const OptionInfo scale{"depth-scale", "", "raw units of depth per metre, instead of what cameras say: 1000 for millimetres",
+                         1.0, 1e6};
+  const std::string expected = expected_text(scale, 0.0);
+  const auto set = [&inputs, scale, expected](const std::string& text) {
+    double value = 0.0;
+    if (!read_value(scale, text, value)) reject("--depth-scale", expected, text);
+    inputs.depth_scale = value;
+  };
+  app.add_option_function<std::string>("--depth-scale", set, fmt::format("{} [{}]", scale.help, expected))->type_name("X");
   add_count(
       app, "--max-size", inputs.max_size, 1, std::numeric_limits<int>::max(),
       fmt::format("largest image or cloud that is read, in pixels or points; compressed clouds may expand to {} bytes for each",

@@ -66,12 +66,13 @@ void add_count(CLI::App& app, const std::string& name, int& value, int min, int 
 /// How inputs are read, and the files of a run.
 struct InputOptions {
   std::optional<std::filesystem::path> camera;  ///< For all frames, instead of their own: a file, or a name of the TUM benchmark.
+  std::optional<double> depth_scale;            ///< Raw units per metre, instead of the cameras'.
   int max_size = static_cast<int>(io::ReadLimits{}.max_size);
   RunFiles files;
 
   [[nodiscard]] io::ReadLimits limits() const { return {static_cast<std::size_t>(max_size)}; }
 };
-/// Adds "--camera FILE|NAME" and "--max-size N".
+/// Adds "--camera FILE|NAME", "--depth-scale X" and "--max-size N".
 void add_input_options(CLI::App& app, InputOptions& inputs);
 /// Adds "--seed N".
 void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help);

@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "doubts.hpp"
 #include "errors.hpp"
 #include "fransac/core/parallel.hpp"
 #include "output.hpp"
@@ -82,6 +83,10 @@ class Source {
 
   [[nodiscard]] DepthView view(const Slot& slot) const {
     return stream_ != nullptr ? stream_->view(slot.stream) : slot.frame.view();
+  }
+  void look_at(const Slot& slot, Doubts& doubts, Progress& progress) const {
+    if (stream_ != nullptr) return doubts.look_at("standard input", stream_->camera(), stream_->view(slot.stream), progress);
+    doubts.look_at(files_[slot.number], slot.frame, progress);
   }
   [[nodiscard]] const Camera& camera(const Slot& slot) const {
     return stream_ != nullptr ? stream_->camera() : slot.frame.camera;
@@ -174,6 +179,7 @@ class Follower {
 
   Status segment_and_track(const Slot& slot, FollowedFrame& frame) {
     frame.depth = source_.view(slot);
+    source_.look_at(slot, doubts_, progress_);
     const Camera& camera = source_.camera(slot);
     if (request_.warm_start) {
       frame.warm = totals_.followed() % kColdEvery != 0;
@@ -206,6 +212,7 @@ class Follower {
   const FollowRequest& request_;
   const FollowHooks& hooks_;
   Progress progress_;
+  Doubts doubts_;
   SegmentOptions options_;
   Workspace workspace_;
   Segmentation segmentation_;

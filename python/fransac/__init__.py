@@ -88,7 +88,7 @@ copyreg.pickle(type(segment), lambda function: function.__name__)
 def frames(
     path: str | os.PathLike[str], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None
 ) -> Iterator[Frame]:
-    """The frames of a depth PNG, a frame folder, a folder of frames or a TUM RGB-D sequence, loaded one by one.
+    """The frames of a depth image, a frame folder, a folder of frames or a TUM RGB-D sequence, loaded one by one.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class Camera:
     @staticmethod
     def from_file(path: str | os.PathLike[str]) -> Camera:
         """
-        Reads a camera.json, or returns the camera of the TUM RGB-D benchmark's 'freiburg1', 'freiburg2' or 'freiburg3'.
+        Reads a camera's file (camera.json, ROS, Open3D, RealSense, ORB-SLAM), or returns the camera of the TUM RGB-D benchmark's 'freiburg1', 'freiburg2' or 'freiburg3'.
 
         Raises OSError for a file that cannot be read, ValueError for one whose content is wrong.
         """
@@ -428,7 +428,7 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
             float32 and float64: metres; 0, negative, NaN and infinite values are no measurement. Read in place where the values of a
             row lie side by side; other strides, float64, float16, whole numbers of other types from 0 to 65535, and other byte orders
             are copied once. What a masked array hides is no measurement.
-        camera: a Camera, a dict of its fields, the path of a camera.json, 'freiburg1' to 'freiburg3', or None with the keywords fx, fy,
+        camera: a Camera, a dict of its fields, the path of a camera's file, 'freiburg1' to 'freiburg3', or None with the keywords fx, fy,
             cx, cy and depth_scale. Must be of the image's size; a dict may leave the size out.
         method: how planes are found; 'auto' is 'cells', every plane of the image.
         obstacles: whether to look for obstacles, too.
@@ -945,9 +945,9 @@ class Frame:
         """Of the image's size."""
 
     @property
-    def depth(self) -> numpy.typing.NDArray[numpy.uint16]:
+    def depth(self) -> numpy.typing.NDArray[numpy.uint16] | numpy.typing.NDArray[numpy.float32]:
         """
-        (H, W) uint16, raw units: metres = value / camera.depth_scale; 0 is no measurement.
+        (H, W) uint16, raw units: metres = value / camera.depth_scale; or float32, metres, where the file holds floats. 0 is no measurement.
         """
 
     @property

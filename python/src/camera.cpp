@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "bindings.hpp"
-#include "fransac/io/camera_json.hpp"
+#include "fransac/io/camera_file.hpp"
 #include "options.hpp"
 
 namespace fransac::python {
@@ -64,7 +64,7 @@ Camera camera_from_file(nb::handle path) {
   if (!nb::isinstance<nb::str>(name)) raise_type_error("camera: expected a path as a str");
   const std::string text = nb::cast<nb::str>(name).c_str();
   if (const auto known = io::tum_camera(text)) return *known;
-  return unwrap(io::read_camera_json(text));
+  return unwrap(io::pinhole_of(unwrap(io::read_camera_file(text)), text));
 }
 
 std::string repr(const Camera& camera) {
@@ -95,7 +95,7 @@ Camera read_camera(nb::handle given, int width, int height) {
   } else if (nb::isinstance<nb::dict>(given) || nb::hasattr(given, "keys")) {
     camera = camera_from_mapping(given, width, height);
   } else {
-    raise_type_error(std::string("camera: expected a Camera, a dict or the path of a camera.json, got ") +
+    raise_type_error(std::string("camera: expected a Camera, a dict or the path of a camera's file, got ") +
                      nb::type_name(given.type()).c_str());
   }
   check(validate(camera));
@@ -139,7 +139,8 @@ Raises
       .def_static(
           "from_file", [](nb::handle path) { return camera_from_file(path); }, nb::arg("path").none(),
           nb::sig("def from_file(path: str | os.PathLike[str]) -> Camera"),
-          "Reads a camera.json, or returns the camera of the TUM RGB-D benchmark's 'freiburg1', 'freiburg2' or 'freiburg3'.\n\n"
+          "Reads a camera's file (camera.json, ROS, Open3D, RealSense, ORB-SLAM), or returns the camera of the TUM RGB-D "
+          "benchmark's 'freiburg1', 'freiburg2' or 'freiburg3'.\n\n"
           "Raises OSError for a file that cannot be read, ValueError for one whose content is wrong.")
       .def_ro("width", &Camera::width, "Columns, pixels.")
       .def_ro("height", &Camera::height, "Rows, pixels.")

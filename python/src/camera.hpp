@@ -9,8 +9,8 @@
 
 namespace fransac::python {
 
-/// A Camera, a dict of its fields, the path of a camera.json, or a name of tum_camera. What names no size has that of the image,
-/// `width` x `height`.
+/// A Camera, a dict of its fields, the path of a camera's file, or a name of tum_camera. What names no size has that of the
+/// image, `width` x `height`.
 Camera read_camera(nb::handle given, int width, int height);
 
 /// fx, fy, cx, cy and depth_scale out of keyword arguments, of which `used` counts them. `function` stands in messages.

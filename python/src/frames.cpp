@@ -60,8 +60,10 @@ PyFrame load_frame(const io::FrameFiles& files, nb::handle given_camera) {
   const bool overridden = !given_camera.is_none();
   if (overridden) {
     wanted.camera_file.reset();
-    const auto image = unwrap(io::read_depth_png(files.depth));
-    wanted.camera = read_camera(given_camera, image.width, image.height);
+    const io::RawDepth image = unwrap(io::read_depth_image(files.depth));
+    const bool metres = !image.metres.pixels.empty();
+    wanted.camera = read_camera(given_camera, metres ? image.metres.width : image.units.width,
+                                metres ? image.metres.height : image.units.height);
   }
   io::Frame frame = unwrap(without_gil([&] { return io::load_frame(wanted); }));
   const Shape shape = shape_of(frame.camera);
@@ -69,7 +71,8 @@ PyFrame load_frame(const io::FrameFiles& files, nb::handle given_camera) {
   result.name = frame.name;
   result.timestamp_s = files.timestamp_s;
   result.camera = frame.camera;
-  result.depth = array_from(std::move(frame.depth.pixels), shape);
+  result.depth = frame.metres.pixels.empty() ? array_from(std::move(frame.depth.pixels), shape)
+                                             : array_from(std::move(frame.metres.pixels), shape);
   result.labels = frame.labels ? array_from(std::move(frame.labels->pixels), shape) : nb::none();
   result.objects = frame.objects ? array_from(std::move(frame.objects->pixels), shape) : nb::none();
   return result;
@@ -116,8 +119,10 @@ void bind_files(nb::module_& m) {
           nb::sig("def timestamp_s(self) -> float | None"), "Of a TUM sequence, seconds.")
       .def_ro("camera", &PyFrame::camera, "Of the image's size.")
       .def_prop_ro(
-          "depth", [](const PyFrame& f) { return f.depth; }, nb::sig("def depth(self) -> " FRANSAC_ARRAY("uint16")),
-          "(H, W) uint16, raw units: metres = value / camera.depth_scale; 0 is no measurement.")
+          "depth", [](const PyFrame& f) { return f.depth; },
+          nb::sig("def depth(self) -> " FRANSAC_ARRAY("uint16") " | " FRANSAC_ARRAY("float32")),
+          "(H, W) uint16, raw units: metres = value / camera.depth_scale; or float32, metres, where the file holds floats. 0 is "
+          "no measurement.")
       .def_prop_ro(
           "labels", [](const PyFrame& f) { return f.labels; }, nb::sig("def labels(self) -> " FRANSAC_ARRAY("uint8") " | None"),
           "True labels, (H, W) uint8, where the frame has some.")

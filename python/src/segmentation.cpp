@@ -685,7 +685,7 @@ Parameters
         float32 and float64: metres; 0, negative, NaN and infinite values are no measurement. Read in place where the values of a
         row lie side by side; other strides, float64, float16, whole numbers of other types from 0 to 65535, and other byte orders
         are copied once. What a masked array hides is no measurement.
-    camera: a Camera, a dict of its fields, the path of a camera.json, 'freiburg1' to 'freiburg3', or None with the keywords fx, fy,
+    camera: a Camera, a dict of its fields, the path of a camera's file, 'freiburg1' to 'freiburg3', or None with the keywords fx, fy,
         cx, cy and depth_scale. Must be of the image's size; a dict may leave the size out.
     method: how planes are found; 'auto' is 'cells', every plane of the image.
     obstacles: whether to look for obstacles, too.

@@ -256,7 +256,7 @@ def test_camera_errors(wall, camera, tmp_path):
         fransac.segment(wall, {"fy": 1})
     with pytest.raises(TypeError, match="needs a camera, or fx, fy, cx and cy: 'fx' is missing"):
         fransac.segment(wall)
-    with pytest.raises(TypeError, match="camera: expected a Camera, a dict or the path of a camera.json, got int"):
+    with pytest.raises(TypeError, match="camera: expected a Camera, a dict or the path of a camera's file, got int"):
         fransac.segment(wall, 5)
     with pytest.raises(TypeError, match="camera: given, and so is fx"):
         fransac.segment(wall, camera, fx=5.0)

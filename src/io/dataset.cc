@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-#include "fransac/io/camera_json.hpp"
+#include "fransac/io/camera_file.hpp"
 #include "fransac/io/file.hpp"
 #include "io/detect.h"
 #include "io/guard.h"
@@ -40,6 +40,13 @@ std::optional<fs::path> colour_in(const fs::path& folder) {
   return std::nullopt;
 }
 
+std::optional<fs::path> camera_in(const fs::path& folder) {
+  for (const char* name : {"camera.json", "camera.yaml", "camera.yml"}) {
+    if (is_file(folder / name)) return folder / name;
+  }
+  return std::nullopt;
+}
+
 /// A depth image with all that lies beside it.
 FrameFiles frame_in(const fs::path& folder, const fs::path& depth, std::string name) {
   FrameFiles frame;
@@ -50,13 +57,13 @@ FrameFiles frame_in(const fs::path& folder, const fs::path& depth, std::string n
   frame.objects = if_file(folder / "objects.png");
   frame.regions = if_file(folder / "gt_seg.png");
   frame.truth = if_file(folder / "truth.json");
-  frame.camera_file = if_file(folder / "camera.json");
+  frame.camera_file = camera_in(folder);
   return frame;
 }
 
-Result<std::vector<fs::path>> depth_pngs_in(const fs::path& folder) {
+Result<std::vector<fs::path>> depth_images_in(const fs::path& folder) {
   Result<std::vector<fs::path>> entries = sorted_entries(folder);
-  if (entries) std::erase_if(*entries, [](const fs::path& entry) { return !is_depth_png(entry); });
+  if (entries) std::erase_if(*entries, [](const fs::path& entry) { return !is_depth_image(entry); });
   return entries;
 }
 
@@ -123,23 +130,23 @@ Status describe(Dataset& dataset, std::initializer_list<fs::path> folders) {
   return {};
 }
 
-Status list_depth_png(const fs::path& file, Dataset& dataset) {
+Status list_depth_image(const fs::path& file, Dataset& dataset) {
   const fs::path folder = file.parent_path().empty() ? fs::path(".") : file.parent_path();
-  const bool named_depth = file.filename() == "depth.png";
-  const Result<std::vector<fs::path>> images = named_depth ? std::vector{file} : depth_pngs_in(folder);
+  const bool named_depth = is_named_depth(file);
+  const Result<std::vector<fs::path>> images = named_depth ? std::vector{file} : depth_images_in(folder);
   if (!images) return images.error();
-  const std::optional<fs::path> camera_file = if_file(folder / "camera.json");
+  const std::optional<fs::path> camera_file = camera_in(folder);
   dataset.frames.push_back(images->size() <= 1 ? frame_in(folder, file, named_depth ? dataset.name : file.stem().string())
                                                : frame_among_many(file, camera_file));
-  if (!camera_file && is_file(folder / ".." / "depth.txt")) {  // an image of a TUM sequence
-    dataset.frames[0].camera_file = if_file(folder / ".." / "camera.json");
+  if (!camera_file && is_tum_sequence(folder / "..")) {  // an image of a TUM sequence
+    dataset.frames[0].camera_file = camera_in(folder / "..");
     dataset.frames[0].camera = tum_camera(folder_name(folder / ".."));
   }
   return describe(dataset, {folder, folder / ".."});
 }
 
 Status list_frame(const fs::path& folder, Dataset& dataset) {
-  dataset.frames.push_back(frame_in(folder, folder / "depth.png", dataset.name));
+  dataset.frames.push_back(frame_in(folder, depth_in(folder).value_or(folder / "depth.png"), dataset.name));
   return describe(dataset, {folder, folder / ".."});
 }
 
@@ -147,47 +154,76 @@ Status list_dataset(const fs::path& folder, Dataset& dataset) {
   const Result<std::vector<fs::path>> entries = sorted_entries(folder);
   if (!entries) return entries.error();
   for (const fs::path& entry : *entries) {
-    if (is_file(entry / "depth.png")) dataset.frames.push_back(frame_in(entry, entry / "depth.png", entry.filename().string()));
+    if (const auto depth = depth_in(entry)) dataset.frames.push_back(frame_in(entry, *depth, entry.filename().string()));
   }
   if (dataset.frames.empty()) {
-    const std::optional<fs::path> camera_file = if_file(folder / "camera.json");
+    const std::optional<fs::path> camera_file = camera_in(folder);
     for (const fs::path& entry : *entries) {
-      if (is_depth_png(entry)) dataset.frames.push_back(frame_among_many(entry, camera_file));
+      if (is_depth_image(entry)) dataset.frames.push_back(frame_among_many(entry, camera_file));
     }
   }
   return describe(dataset, {folder});
 }
 
-Result<std::vector<TumEntry>> read_tum_list(const fs::path& file) {
+template <class Entry>
+Result<std::vector<Entry>> read_tum_list(const fs::path& file,
+                                         Result<std::vector<Entry>> (*parse)(std::string_view, const std::string&)) {
   const Result<std::vector<std::byte>> bytes = read_file(file, kMaxListBytes);
   if (!bytes) return bytes.error();
-  return parse_tum_list(as_text(*bytes), file.string());
+  return parse(as_text(*bytes), file.string());
+}
+
+/// A depth image of a sequence, and its picture where it has one.
+struct TumFrame {
+  TumEntry depth;
+  std::optional<std::string> colour;
+};
+
+Result<std::vector<TumFrame>> tum_frames_of_associations(const fs::path& folder) {
+  Result<std::vector<TumPair>> pairs = read_tum_list(folder / kTumAssociations, &parse_tum_associations);
+  if (!pairs) return pairs.error();
+  std::vector<TumFrame> frames;
+  for (TumPair& pair : *pairs) frames.push_back({std::move(pair.depth), std::move(pair.colour.file)});
+  return frames;
+}
+
+/// From depth.txt and rgb.txt, else from associations.txt.
+Result<std::vector<TumFrame>> tum_frames(const fs::path& folder) {
+  if (!is_file(folder / "depth.txt")) return tum_frames_of_associations(folder);
+  Result<std::vector<TumEntry>> depth = read_tum_list(folder / "depth.txt", &parse_tum_list);
+  if (!depth) return depth.error();
+  const Result<std::vector<TumEntry>> colour =
+      is_file(folder / "rgb.txt") ? read_tum_list(folder / "rgb.txt", &parse_tum_list) : std::vector<TumEntry>{};
+  if (!colour) return colour.error();
+  std::vector<TumFrame> frames;
+  for (TumEntry& entry : *depth) {
+    const TumEntry* const picture = nearest_entry(*colour, entry.time_s);
+    frames.push_back({std::move(entry), picture != nullptr ? std::optional(picture->file) : std::nullopt});
+  }
+  return frames;
 }
 
 /// What lies beside such a depth image is its own.
 bool is_depth_of_its_folder(const TumEntry& entry) {
   const fs::path file(entry.file);
-  return file.has_parent_path() && file.filename() == "depth.png";
+  return file.has_parent_path() && is_named_depth(file);
 }
 
 Status list_tum(const fs::path& folder, Dataset& dataset) {
-  for (const char* const name : {"depth.txt", "rgb.txt", "groundtruth.txt"}) {
+  for (const char* const name : {"depth.txt", "rgb.txt", kTumAssociations, "groundtruth.txt"}) {
     if (is_file(folder / name)) dataset.files.push_back(folder / name);
   }
-  const Result<std::vector<TumEntry>> depth = read_tum_list(folder / "depth.txt");
-  if (!depth) return depth.error();
-  const Result<std::vector<TumEntry>> colour =
-      is_file(folder / "rgb.txt") ? read_tum_list(folder / "rgb.txt") : std::vector<TumEntry>{};
-  if (!colour) return colour.error();
-  for (const TumEntry& entry : *depth) {
-    const fs::path file = folder / entry.file;
+  const Result<std::vector<TumFrame>> frames = tum_frames(folder);
+  if (!frames) return frames.error();
+  for (const TumFrame& listed : *frames) {
+    const fs::path file = folder / listed.depth.file;
     FrameFiles frame =
-        is_depth_of_its_folder(entry) ? frame_in(file.parent_path(), file, {}) : frame_among_many(file, std::nullopt);
-    frame.name = entry.timestamp;
-    if (const TumEntry* picture = nearest_entry(*colour, entry.time_s)) frame.colour = folder / picture->file;
-    if (!frame.camera_file) frame.camera_file = if_file(folder / "camera.json");
+        is_depth_of_its_folder(listed.depth) ? frame_in(file.parent_path(), file, {}) : frame_among_many(file, std::nullopt);
+    frame.name = listed.depth.timestamp;
+    if (listed.colour) frame.colour = folder / *listed.colour;
+    if (!frame.camera_file) frame.camera_file = camera_in(folder);
     frame.camera = tum_camera(dataset.name);
-    frame.timestamp_s = entry.time_s;
+    frame.timestamp_s = listed.depth.time_s;
     dataset.frames.push_back(std::move(frame));
   }
   return describe(dataset, {folder});
@@ -195,7 +231,7 @@ Status list_tum(const fs::path& folder, Dataset& dataset) {
 
 Status list_kind(const fs::path& input, Dataset& dataset) {
   switch (dataset.kind) {
-    case InputKind::depth_png: return list_depth_png(input, dataset);
+    case InputKind::depth_image: return list_depth_image(input, dataset);
     case InputKind::frame: return list_frame(input, dataset);
     case InputKind::dataset: return list_dataset(input, dataset);
     case InputKind::tum_sequence: return list_tum(input, dataset);
@@ -214,7 +250,7 @@ Result<Dataset> list_frames(const fs::path& input) {
     if (!kind) return kind.error();
     Dataset dataset;
     dataset.kind = *kind;
-    dataset.name = folder_name(*kind == InputKind::depth_png ? fs::absolute(input).parent_path() : input);
+    dataset.name = folder_name(*kind == InputKind::depth_image ? fs::absolute(input).parent_path() : input);
     if (const Status status = list_kind(input, dataset); !status) return status.error();
     if (dataset.frames.empty()) return file_error(ErrorCode::no_data, input.native(), "holds no frame");
     return dataset;

@@ -11,13 +11,13 @@
 
 namespace fransac::io {
 
-/// What read_depth_png keeps. One thread at a time.
+/// What read_depth_image keeps. One thread at a time.
 struct DepthReader {
   std::vector<std::byte> file;  ///< The last file's bytes.
   GreyPngDecoder decoder;
 };
 
-/// read_depth_png() into `image`, whose memory is used again; after an error it is not to be used. May throw std::bad_alloc.
-Status read_depth_png(const std::filesystem::path& file, const ReadLimits& limits, DepthReader& reader, DepthImage& image);
+/// read_depth_image() into `image`, whose memory is used again; after an error it is not to be used. May throw std::bad_alloc.
+Status read_depth_image(const std::filesystem::path& file, const ReadLimits& limits, DepthReader& reader, RawDepth& image);
 
 }  // namespace fransac::io

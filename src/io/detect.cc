@@ -4,6 +4,7 @@
 #include <dirent.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <memory>
@@ -14,6 +15,7 @@
 
 #include "io/file_head.h"
 #include "io/guard.h"
+#include "io/raw_depth.h"
 #include "io/text.h"
 
 namespace fransac::io {
@@ -30,6 +32,8 @@ constexpr std::string_view kPngStart = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR"sv;
 constexpr std::size_t kPngBitDepthAt = 24;
 constexpr std::string_view kSixteenBitGrey = "\x10\0"sv;
 
+constexpr std::array<const char*, 5> kDepthNames{"depth.png", "depth.tiff", "depth.tif", "depth.pgm", "depth.npy"};
+
 bool starts_like_pcd(std::string_view head) {
   if (head.starts_with("# .PCD")) return true;
   while (head.starts_with('#') || head.starts_with('\n') || head.starts_with('\r')) {
@@ -43,7 +47,8 @@ bool starts_like_pcd(std::string_view head) {
 std::optional<InputKind> kind_of_name(const fs::path& file) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (extension == ".png") return InputKind::depth_png;
+  constexpr std::array<std::string_view, 5> kImages{".png", ".tiff", ".tif", ".pgm", ".npy"};
+  if (std::find(kImages.begin(), kImages.end(), extension) != kImages.end()) return InputKind::depth_image;
   if (extension == ".pcd") return InputKind::pcd;
   if (extension == ".ply") return InputKind::ply;
   if (extension == ".xyz") return InputKind::xyz;
@@ -57,20 +62,20 @@ Result<InputKind> kind_of_file(const fs::path& file) {
   if (!head) return head.error();
   if (const auto kind = kind_of_content(as_text(*head))) return *kind;
   if (const auto kind = kind_of_name(file)) return *kind;
-  return unknown(file, "neither a depth PNG nor a PCD, PLY or XYZ file");
+  return unknown(file, "neither a depth image (PNG, TIFF, PGM, NPY) nor a PCD, PLY or XYZ file");
 }
 
 Result<InputKind> kind_of_folder(const fs::path& folder) {
-  if (is_file(folder / "depth.txt")) return InputKind::tum_sequence;
-  if (is_file(folder / "depth.png")) return InputKind::frame;
+  if (is_tum_sequence(folder)) return InputKind::tum_sequence;
+  if (depth_in(folder)) return InputKind::frame;
   if (is_file(folder / "dataset.json")) return InputKind::dataset;
   const Result<std::vector<fs::path>> entries = sorted_entries(folder);
   if (!entries) return entries.error();
-  const auto holds_frame = [](const fs::path& entry) { return is_file(entry / "depth.png") || is_depth_png(entry); };
+  const auto holds_frame = [](const fs::path& entry) { return depth_in(entry) || is_depth_image(entry); };
   if (std::any_of(entries->begin(), entries->end(), holds_frame)) return InputKind::dataset;
-  return unknown(
-      folder,
-      "no frame in this folder: no depth.png, no depth.txt, no dataset.json, no sub-folder with a depth.png and no 16-bit PNG");
+  return unknown(folder,
+                 "no frame in this folder: no depth.png, no depth.txt or associations.txt, no dataset.json, no sub-folder with a "
+                 "depth.png and no depth image");
 }
 
 }  // namespace
@@ -80,17 +85,32 @@ bool is_file(const fs::path& path) {
   return fs::is_regular_file(path, error);
 }
 
-bool is_depth_png(const fs::path& file) {
+bool is_named_depth(const fs::path& file) {
+  return std::find(kDepthNames.begin(), kDepthNames.end(), file.filename()) != kDepthNames.end();
+}
+
+std::optional<fs::path> depth_in(const fs::path& folder) {
+  for (const char* const name : kDepthNames) {
+    if (is_file(folder / name)) return folder / name;
+  }
+  return std::nullopt;
+}
+
+bool is_tum_sequence(const fs::path& folder) { return is_file(folder / "depth.txt") || is_file(folder / kTumAssociations); }
+
+bool is_depth_image(const fs::path& file) {
   if (!is_file(file)) return false;
   const Result<std::vector<std::byte>> head = read_head(file, kPngBitDepthAt + kSixteenBitGrey.size());
   if (!head) return false;
   const std::string_view text = as_text(*head);
+  const std::optional<DepthFileFormat> format = depth_format_of(text);
+  if (format != DepthFileFormat::png) return format.has_value();
   return text.starts_with(kPngStart) && text.ends_with(kSixteenBitGrey) && text.size() == kPngBitDepthAt + kSixteenBitGrey.size();
 }
 
 std::optional<InputKind> kind_of_content(std::string_view head) {
   if (head.starts_with(kByteOrderMark)) head.remove_prefix(kByteOrderMark.size());
-  if (head.starts_with("\x89PNG\r\n\x1a\n")) return InputKind::depth_png;
+  if (depth_format_of(head)) return InputKind::depth_image;
   if (head.starts_with("ply\n") || head.starts_with("ply\r")) return InputKind::ply;
   if (starts_like_pcd(head)) return InputKind::pcd;
   return std::nullopt;
@@ -117,7 +137,7 @@ bool is_cloud(InputKind kind) { return kind == InputKind::pcd || kind == InputKi
 
 std::string_view to_string(InputKind kind) {
   switch (kind) {
-    case InputKind::depth_png: return "depth_png";
+    case InputKind::depth_image: return "depth_image";
     case InputKind::frame: return "frame";
     case InputKind::dataset: return "dataset";
     case InputKind::tum_sequence: return "tum_sequence";

@@ -2,7 +2,7 @@
 #include <system_error>
 #include <utility>
 
-#include "fransac/io/camera_json.hpp"
+#include "fransac/io/camera_file.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/io/file.hpp"
 #include "io/depth_reader.h"
@@ -21,19 +21,26 @@ Error format_error(const fs::path& file, const std::string& what) { return file_
 
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
-Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>& camera_file, const DepthImage& depth) {
+Result<Camera> read_pinhole(const fs::path& file) {
+  const Result<CameraFile> read = read_camera_file(file);
+  if (!read) return read.error();
+  return pinhole_of(*read, file.string());
+}
+
+Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>& camera_file, const DepthView& depth) {
   const std::optional<fs::path>& source = camera_file ? camera_file : files.camera_file;
   if (!source && !files.camera) {
-    const std::string searched = files.timestamp_s ? "camera.json in the sequence's folder, which is not named after freiburg1..3"
-                                                   : printable((files.depth.parent_path() / "camera.json").native());
+    const std::string searched =
+        files.timestamp_s ? "camera.json or camera.yaml in the sequence's folder, which is not named after freiburg1..3"
+                          : printable((files.depth.parent_path() / "camera.json").native()) + " or camera.yaml";
     return file_error(ErrorCode::no_data, files.depth.native(),
                       "no camera: there is no " + searched + ", and none was given (--camera)");
   }
-  Result<Camera> camera = source ? read_camera_json(*source) : *files.camera;
-  if (camera && (camera->width != depth.width || camera->height != depth.height)) {
+  Result<Camera> camera = source ? read_pinhole(*source) : *files.camera;
+  if (camera && (camera->width != depth.width() || camera->height != depth.height())) {
     return format_error(source.value_or(files.depth), "the camera is for " + size_text(camera->width, camera->height) +
                                                           " pixels, but " + printable(files.depth.native()) + " has " +
-                                                          size_text(depth.width, depth.height));
+                                                          size_text(depth.width(), depth.height()));
   }
   return camera;
 }
@@ -41,13 +48,13 @@ Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>&
 /// Loads an image of the depth image's size with `read`, where there is one.
 template <class Image>
 Status load_image(const std::optional<fs::path>& file, Result<Image> (*read)(const fs::path&, const ReadLimits&),
-                  const FrameFiles& files, const DepthImage& depth, std::optional<Image>& loaded) {
+                  const FrameFiles& files, const DepthView& depth, std::optional<Image>& loaded) {
   if (!file) return {};
   Result<Image> image = read(*file, files.limits);
   if (!image) return image.error();
-  if (image->width != depth.width || image->height != depth.height) {
+  if (image->width != depth.width() || image->height != depth.height()) {
     return format_error(*file, "has " + size_text(image->width, image->height) + " pixels, but " +
-                                   printable(files.depth.native()) + " has " + size_text(depth.width, depth.height));
+                                   printable(files.depth.native()) + " has " + size_text(depth.width(), depth.height()));
   }
   loaded = *std::move(image);
   return {};
@@ -62,6 +69,16 @@ Status load_truth(const FrameFiles& files, Frame& frame) {
   frame.true_planes = std::move(truth->planes);
   if (truth->floor) frame.floor = truth->floor;
   return {};
+}
+
+/// The frame's values taken for what the user says that they are.
+Status rescale(const FrameFiles& files, Frame& frame) {
+  frame.camera.depth_scale = *files.depth_scale;
+  const auto scale = static_cast<float>(*files.depth_scale);
+  for (float& metres : frame.metres.pixels) metres /= scale;
+  Status status = validate(frame.camera);
+  if (status) return status;
+  return file_error(ErrorCode::invalid_argument, files.depth.native(), status.error().message);
 }
 
 /// Everything that could be refused, before the first file is written.
@@ -113,15 +130,18 @@ LoadWorkspace::~LoadWorkspace() = default;
 Status load_frame(const FrameFiles& files, const std::optional<fs::path>& camera_file, LoadWorkspace& workspace, Frame& frame) {
   return guarded(files.depth.native(), [&]() -> Status {
     if (workspace.implementation_ == nullptr) workspace.implementation_ = std::make_unique<LoadWorkspace::Implementation>();
-    DepthImage depth = std::move(frame.depth);
-    Status status = read_depth_png(files.depth, files.limits, workspace.implementation_->reader, depth);
+    RawDepth depth{std::move(frame.depth), std::move(frame.metres)};
+    Status status = read_depth_image(files.depth, files.limits, workspace.implementation_->reader, depth);
     if (!status) return status;
-    const Result<Camera> camera = camera_of(files, camera_file, depth);
+    frame = {files.name, {}, std::move(depth.units), {}, {}, {}, {}, files.floor, std::move(depth.metres)};
+    const DepthView view = frame.view();
+    const Result<Camera> camera = camera_of(files, camera_file, view);
     if (!camera) return camera.error();
-    frame = {files.name, *camera, std::move(depth), std::nullopt, std::nullopt, std::nullopt, {}, files.floor};
-    status = load_image(files.labels, &read_label_png, files, frame.depth, frame.labels);
-    if (status) status = load_image(files.objects, &read_object_png, files, frame.depth, frame.objects);
-    if (status) status = load_image(files.regions, &read_label_png, files, frame.depth, frame.regions);
+    frame.camera = *camera;
+    if (files.depth_scale) status = rescale(files, frame);
+    if (status) status = load_image(files.labels, &read_label_png, files, view, frame.labels);
+    if (status) status = load_image(files.objects, &read_object_png, files, view, frame.objects);
+    if (status) status = load_image(files.regions, &read_label_png, files, view, frame.regions);
     if (status) status = load_truth(files, frame);
     return status;
   });

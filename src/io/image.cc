@@ -14,6 +14,7 @@
 #include "io/depth_reader.h"
 #include "io/grey_png.h"
 #include "io/guard.h"
+#include "io/raw_depth.h"
 #include "io/text.h"
 
 namespace fransac::io {
@@ -56,20 +57,6 @@ std::uint64_t raw_bits_per_pixel(const spng_ihdr& header) {
     case SPNG_COLOR_TYPE_TRUECOLOR_ALPHA: return 4U * header.bit_depth;
     default: return header.bit_depth;
   }
-}
-
-/// The sizes that a header promises, checked before memory is taken. `needed_bytes`: the shortest file that can hold them.
-Status check_size(std::uint64_t width, std::uint64_t height, std::uint64_t needed_bytes, std::size_t file_bytes,
-                  const ReadLimits& limits, const std::string& name) {
-  const std::string size = std::to_string(width) + "x" + std::to_string(height) + " pixels";
-  if (width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide) {
-    return format_error(name, size + ": larger than any accepted picture");
-  }
-  if (width * height > limits.max_size) {
-    return format_error(name, size + ": more than the limit of " + std::to_string(limits.max_size) + " (--max-size)");
-  }
-  if (needed_bytes > file_bytes) return format_error(name, "too short for its " + size);
-  return {};
 }
 
 /// What spng says of an error; throws where that is a lack of memory.
@@ -278,9 +265,36 @@ Result<ColourImage> decode_colour_image(std::span<const std::byte> bytes, const 
   });
 }
 
-Status read_depth_png(const std::filesystem::path& file, const ReadLimits& limits, DepthReader& reader, DepthImage& image) {
+namespace {
+
+Status decode_depth(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits, GreyPngDecoder& decoder,
+                    RawDepth& image) {
+  switch (depth_format_of(as_text(bytes)).value_or(DepthFileFormat::png)) {
+    case DepthFileFormat::tiff: return decode_depth_tiff(bytes, name, limits, image);
+    case DepthFileFormat::pgm: return decode_depth_pgm(bytes, name, limits, image);
+    case DepthFileFormat::npy: return decode_depth_npy(bytes, name, limits, image);
+    case DepthFileFormat::png: break;
+  }
+  image.metres = {};
+  return decode_grey(bytes, name, limits, kDepthImage, decoder, image.units);
+}
+
+}  // namespace
+
+Status read_depth_image(const std::filesystem::path& file, const ReadLimits& limits, DepthReader& reader, RawDepth& image) {
   if (Status status = read_file(file, limits.max_decoded_bytes(), reader.file); !status) return status;
-  return decode_grey(std::span<const std::byte>(reader.file), file.string(), limits, kDepthImage, reader.decoder, image);
+  return decode_depth(reader.file, file.string(), limits, reader.decoder, image);
+}
+Result<RawDepth> decode_depth_image(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits) {
+  return guarded(name, [&]() -> Result<RawDepth> {
+    GreyPngDecoder decoder;
+    RawDepth image;
+    if (Status status = decode_depth(bytes, name, limits, decoder, image); !status) return status.error();
+    return image;
+  });
+}
+Result<RawDepth> read_depth_image(const std::filesystem::path& file, const ReadLimits& limits) {
+  return read_image<RawDepth>(file, limits, &decode_depth_image);
 }
 Result<DepthImage> read_depth_png(const std::filesystem::path& file, const ReadLimits& limits) {
   return read_image<DepthImage>(file, limits, &decode_depth_png);
@@ -328,5 +342,7 @@ Status write_object_png(const std::filesystem::path& file, const ObjectImage& im
 DepthView view(const DepthImage& image, double depth_scale) {
   return DepthView::from_uint16(image.pixels.data(), image.width, image.height, depth_scale);
 }
+
+DepthView view(const MetresImage& image) { return DepthView::from_float(image.pixels.data(), image.width, image.height); }
 
 }  // namespace fransac::io

@@ -102,6 +102,8 @@ const Json* Json::find(std::string_view field) const {
   return found == all->rend() ? nullptr : &found->second;
 }
 
+void Json::add(std::string field, Json value) { std::get<Fields>(value_).emplace_back(std::move(field), std::move(value)); }
+
 std::string Json::text() const {
   std::string text;
   append_to(text, 0);

@@ -64,7 +64,7 @@ class Json {
   /// An object's field; null where it has none of that name.
   [[nodiscard]] const Json* find(std::string_view field) const;
   /// Adds a field to an object or an element to an array.
-  void add(std::string field, Json value) { std::get<Fields>(value_).emplace_back(std::move(field), std::move(value)); }
+  void add(std::string field, Json value);
   void add(Json value) { std::get<Array>(value_).push_back(std::move(value)); }
 
   /// Text with a final newline. Throws std::exception when a string in it is not UTF-8.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "io/guard.h"
 #include "io/text.h"
@@ -22,6 +23,12 @@ std::string_view take_word(std::string_view& line) {
   const std::string_view word = line.substr(0, line.find_first_of(kBlanks));
   line.remove_prefix(word.size());
   return word;
+}
+
+std::size_t count_words(std::string_view line) {
+  std::size_t count = 0;
+  while (!take_word(line).empty()) ++count;
+  return count;
 }
 
 std::optional<double> parse_time(std::string_view word) {
@@ -41,11 +48,10 @@ bool printable(std::string_view file) {
   return std::none_of(file.begin(), file.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; });
 }
 
-/// What is wrong with a line, or nothing.
-std::optional<std::string_view> parse_line(std::string_view line, TumEntry& entry) {
+/// Takes the next two words of a line; what is wrong with them, or nothing.
+std::optional<std::string_view> take_entry(std::string_view& line, TumEntry& entry) {
   const std::string_view timestamp = take_word(line);
   const std::string_view file = take_word(line);
-  if (file.empty() || !take_word(line).empty()) return "is not \"timestamp filename\"";
   const std::optional<double> time_s = parse_time(timestamp);
   if (!time_s) return "timestamp is not a number of seconds";
   if (!printable(file)) return "file name holds a control character";
@@ -54,21 +60,46 @@ std::optional<std::string_view> parse_line(std::string_view line, TumEntry& entr
   return std::nullopt;
 }
 
-}  // namespace
+std::optional<std::string_view> parse_line(std::string_view line, TumEntry& entry) {
+  if (count_words(line) != 2) return "is not \"timestamp filename\"";
+  return take_entry(line, entry);
+}
 
-Result<std::vector<TumEntry>> parse_tum_list(std::string_view text, const std::string& name) {
-  std::vector<TumEntry> entries;
+bool is_named_depth(const TumEntry& entry) { return entry.file.starts_with("depth"); }
+
+std::optional<std::string_view> parse_line(std::string_view line, TumPair& pair) {
+  if (count_words(line) != 4) return "is not \"timestamp filename timestamp filename\"";
+  std::optional<std::string_view> fault = take_entry(line, pair.colour);
+  if (!fault) fault = take_entry(line, pair.depth);
+  if (!fault && is_named_depth(pair.colour) && !is_named_depth(pair.depth)) std::swap(pair.colour, pair.depth);
+  return fault;
+}
+
+double time_of(const TumEntry& entry) { return entry.time_s; }
+double time_of(const TumPair& pair) { return pair.depth.time_s; }
+
+template <class Entry>
+Result<std::vector<Entry>> parse_entries(std::string_view text, const std::string& name) {
+  std::vector<Entry> entries;
   const Status read = for_each_line(text, [&](std::string_view line, std::size_t number) -> Status {
-    TumEntry entry;
-    if (const auto fault = parse_line(line, entry)) {
-      return line_error(name, number, *fault);
-    }
+    Entry entry;
+    if (const auto fault = parse_line(line, entry)) return line_error(name, number, *fault);
     entries.push_back(std::move(entry));
     return {};
   });
   if (!read) return read.error();
-  std::stable_sort(entries.begin(), entries.end(), [](const TumEntry& a, const TumEntry& b) { return a.time_s < b.time_s; });
+  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return time_of(a) < time_of(b); });
   return entries;
+}
+
+}  // namespace
+
+Result<std::vector<TumEntry>> parse_tum_list(std::string_view text, const std::string& name) {
+  return parse_entries<TumEntry>(text, name);
+}
+
+Result<std::vector<TumPair>> parse_tum_associations(std::string_view text, const std::string& name) {
+  return parse_entries<TumPair>(text, name);
 }
 
 const TumEntry* nearest_entry(std::span<const TumEntry> sorted, double time_s) {

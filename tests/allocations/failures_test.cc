@@ -27,7 +27,7 @@
 #include "fransac/filter/organised.hpp"
 #include "fransac/filter/rays.hpp"
 #include "fransac/filter/voxel_grid.hpp"
-#include "fransac/io/camera_json.hpp"
+#include "fransac/io/camera_file.hpp"
 #include "fransac/io/cloud_file.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/io/file.hpp"
@@ -443,11 +443,17 @@ class FileFailures : public Failures {
 
 TEST_F(FileFailures, OfText) {
   const std::string camera = io::camera_to_json(scene().camera);
-  expect_no_throw("camera", [&] { return io::parse_camera_json(camera, name); });
+  expect_no_throw("camera", [&] { return io::parse_camera_file(camera, name); });
   const auto camera_file = folder.write("camera.json", camera);
-  expect_no_throw("camera's file", [&] { return io::read_camera_json(camera_file); });
+  expect_no_throw("camera's file", [&] { return io::read_camera_file(camera_file); });
   expect_no_throw(
-      "broken", [&] { return io::parse_camera_json("{\"width\": 3, \"height\": [", name); }, ErrorCode::format);
+      "broken", [&] { return io::parse_camera_file("{\"width\": 3, \"height\": [", name); }, ErrorCode::format);
+  const std::string calibration =
+      "%YAML:1.0\nCamera.width: 4\nCamera.height: 3\nCamera.fx: 5\nCamera.fy: 5\nCamera.cx: 1\nCamera.cy: 1\nCamera.k1: 0.5\n";
+  expect_no_throw("calibration", [&] { return io::parse_camera_file(calibration, name); });
+  const io::CameraFile lens = *io::parse_camera_file(calibration, name);
+  expect_no_throw(
+      "lens", [&] { return io::pinhole_of(lens, name); }, ErrorCode::format);
   SensorOptions options;
   options.kind = SensorKind::stereo;
   options.distortion = some_distortion();
@@ -478,11 +484,14 @@ TEST_F(FileFailures, OfImages) {
   expect_no_throw("write colour", [&, &file = path("colour.png")] { return io::write_png(file, colour); });
   EXPECT_THAT(folder.names(), ::testing::IsSupersetOf({"colour.png", "depth.png", "labels.png", "objects.png"}));
   expect_decoded_without_throw("read depth", [&, &file = path("depth.png")] { return io::read_depth_png(file); });
+  expect_decoded_without_throw("read a depth image", [&, &file = path("depth.png")] { return io::read_depth_image(file); });
   expect_decoded_without_throw("read labels", [&, &file = path("labels.png")] { return io::read_label_png(file); });
   expect_decoded_without_throw("read objects", [&, &file = path("objects.png")] { return io::read_object_png(file); });
   expect_decoded_without_throw("read colour", [&, &file = path("colour.png")] { return io::read_colour_image(file); });
   const auto bytes = *io::read_file(folder / "depth.png", kMostBytes);
   expect_decoded_without_throw("decode depth", [&] { return io::decode_depth_png(bytes, name); });
+  const std::string pgm = "P5 2 1 65535 abcd";
+  expect_no_throw("decode a PGM", [&] { return io::decode_depth_image(std::as_bytes(std::span(pgm)), name); });
   expect_decoded_without_throw(
       "decode labels", [&] { return io::decode_label_png(bytes, name); }, ErrorCode::format);
   expect_decoded_without_throw("decode objects", [&] { return io::decode_object_png(bytes, name); });

@@ -161,6 +161,26 @@ def sequence(folder, name):
     write(folder / name / "camera.json", json.dumps(CAMERA))
 
 
+def associations(folder, name):
+    sequence(folder, name)
+    (folder / name / "depth.txt").unlink()
+    write(folder / name / "associations.txt", "".join(f"100.{i} rgb/{i}.png 100.{i} depth/{i}.png\n" for i in range(3)))
+
+
+def depth_of_metres(folder, name, scale="1.0"):
+    """The scene as an array of floats, in metres times `scale`."""
+    header = f"{{'descr': '<f4', 'fortran_order': False, 'shape': ({HEIGHT}, {WIDTH}), }}\n".encode()
+    metres = [value / 1000.0 * float(scale) for value in scene()[0]]
+    write(folder / name / "depth.npy", b"\x93NUMPY\1\0" + struct.pack("<H", len(header)) + header
+          + struct.pack(f"<{len(metres)}f", *metres))
+    write(folder / name / "camera.json", json.dumps(CAMERA))
+
+
+def depth_pgm(folder, name):
+    depth = scene()[0]
+    write(folder / name, f"P5\n{WIDTH} {HEIGHT}\n65535\n".encode() + struct.pack(f">{len(depth)}H", *depth))
+
+
 def sensor(folder, name, changes):
     """A sensor.json for frames of this size; `changes`: JSON, "width" is the distortion's."""
     changed = json.loads(changes)

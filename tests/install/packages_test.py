@@ -56,7 +56,7 @@ class Contents(unittest.TestCase):
         [cloud] = [name for name in packages if re.fullmatch(r"libfransac-cloud-io[\d.]+", name)]
         same = f"(= {field(packages[library], 'Version')})"
         wanted = {
-            library: ["libc6 (", "libtbb12 (", "libhwy1 (", "libdeflate0 (", "libspng0 (", "libturbojpeg0 ("],
+            library: ["libc6 (", "libtbb12 (", "libhwy1 (", "libdeflate0 (", "libspng0 (", "libtiff6 (", "libturbojpeg0 (", "libyaml-cpp0.7 ("],
             cloud: [f"{library} {same}", "libpcl-io1."],
             "libfransac-dev": [f"{library} {same}", "libeigen3-dev"],
             "libfransac-cloud-io-dev": [f"{cloud} {same}", f"libfransac-dev {same}"],

@@ -35,7 +35,7 @@ ARROWS = {
 OUTSIDE = {
     "core": {"tbb", "pthread.h"},
     "kernels": {"hwy"},
-    "io": {"nlohmann", "libdeflate.h", "spng.h", "turbojpeg.h", "dirent.h", "fcntl.h", "sys", "unistd.h"},
+    "io": {"nlohmann", "libdeflate.h", "spng.h", "tiffio.h", "turbojpeg.h", "yaml-cpp", "dirent.h", "fcntl.h", "sys", "unistd.h"},
     "cloud_io": {"pcl", "boost"},
     "adapters": {"pcl"},
     "apps": {"CLI", "fmt", "nlohmann", "fcntl.h", "sys", "unistd.h"},

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "fransac/io/camera_json.hpp"
+#include "fransac/io/camera_file.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/io/file.hpp"
 #include "temporary_folder.h"
@@ -53,7 +53,7 @@ std::vector<std::string> frame_names(const Dataset& dataset) {
 TEST(DetectKind, FindsEachKindFromTheContent) {
   const TemporaryFolder folder;
   write_depth(folder / "a/no_extension");
-  EXPECT_EQ(*detect_kind(folder / "a/no_extension"), InputKind::depth_png);
+  EXPECT_EQ(*detect_kind(folder / "a/no_extension"), InputKind::depth_image);
   EXPECT_EQ(*detect_kind(folder / "a"), InputKind::dataset);
   EXPECT_EQ(*detect_kind(folder.write("1.png", "# .PCD v0.7 - Point Cloud Data\n")), InputKind::pcd);
   EXPECT_EQ(*detect_kind(folder.write("2.png", "# made by a scanner\n\nVERSION 0.7\n")), InputKind::pcd);
@@ -71,7 +71,7 @@ TEST(DetectKind, FindsEachKindFromTheContent) {
 
 TEST(DetectKind, FallsBackToTheName) {
   const TemporaryFolder folder;
-  EXPECT_EQ(*detect_kind(folder.write("a.PNG", "")), InputKind::depth_png);
+  EXPECT_EQ(*detect_kind(folder.write("a.PNG", "")), InputKind::depth_image);
   EXPECT_EQ(*detect_kind(folder.write("a.pcd", "FIELDS x y z")), InputKind::pcd);
   EXPECT_EQ(*detect_kind(folder.write("a.Ply", "plyx")), InputKind::ply);
 }
@@ -81,7 +81,8 @@ TEST(DetectKind, SaysWhatIsNoInput) {
   EXPECT_EQ(detect_kind(folder / "none").error().message, (folder / "none").string() + ": No such file or directory");
   EXPECT_EQ(detect_kind(folder / "none").error().code, ErrorCode::io);
   const auto text = folder.write("notes.txt", "VERSIONS of things");
-  EXPECT_EQ(detect_kind(text).error().message, text.string() + ": neither a depth PNG nor a PCD, PLY or XYZ file");
+  EXPECT_EQ(detect_kind(text).error().message,
+            text.string() + ": neither a depth image (PNG, TIFF, PGM, NPY) nor a PCD, PLY or XYZ file");
   EXPECT_EQ(detect_kind(text).error().code, ErrorCode::format);
   EXPECT_THAT(detect_kind(folder.path()).error().message, AllOf(HasSubstr(folder.path().string()), HasSubstr("depth.txt")));
   EXPECT_EQ(detect_kind(folder.path()).error().code, ErrorCode::format);
@@ -350,7 +351,7 @@ TEST(DepthPng, TakesWhatLiesBesideIt) {
   ASSERT_TRUE(write_dataset_json(folder / "set", Truth::dominant, "structured_light").ok());
   const auto dataset = list_frames(folder / "set/scene/depth.png");
   ASSERT_TRUE(dataset.ok()) << dataset.error().message;
-  EXPECT_EQ(dataset->kind, InputKind::depth_png);
+  EXPECT_EQ(dataset->kind, InputKind::depth_image);
   EXPECT_EQ(dataset->truth, Truth::dominant);
   EXPECT_EQ(dataset->sensor, "structured_light");
   ASSERT_THAT(frame_names(*dataset), ElementsAre("scene"));
@@ -481,6 +482,33 @@ TEST(Tum, FoldersOfFramesKeepTheirTruth) {
   const auto last = load_frame(dataset->frames[2]);
   ASSERT_TRUE(last.ok()) << last.error().message;
   EXPECT_FALSE(last->labels.has_value());
+}
+
+TEST(Tum, AssociationsAloneMakeASequence) {
+  const TemporaryFolder folder;
+  const fs::path sequence =
+      folder.write("fr1/associations.txt", "2.5 rgb/b.png 2.51 depth/b.png\n1.5 rgb/a.png 1.51 depth/a.png\n").parent_path();
+  write_depth(sequence / "depth/a.png");
+  EXPECT_EQ(*detect_kind(sequence), InputKind::tum_sequence);
+  const auto dataset = list_frames(sequence);
+  ASSERT_TRUE(dataset.ok()) << dataset.error().message;
+  EXPECT_THAT(frame_names(*dataset), ElementsAre("1.51", "2.51"));
+  EXPECT_EQ(dataset->frames[0].depth, sequence / "depth/a.png");
+  EXPECT_EQ(dataset->frames[0].colour, sequence / "rgb/a.png");
+  EXPECT_EQ(dataset->frames[0].camera, tum_camera("fr1"));
+  EXPECT_THAT(dataset->files, ElementsAre(sequence / "associations.txt"));
+  EXPECT_EQ(list_frames(sequence / "depth/a.png")->frames[0].camera, tum_camera("fr1"));
+  folder.write("fr1/depth.txt", "7 depth/a.png\n");
+  EXPECT_THAT(frame_names(*list_frames(sequence)), ElementsAre("7"));
+}
+
+TEST(Frame, CameraMayBeAYaml) {
+  const TemporaryFolder folder;
+  write_depth(folder / "depth.png");
+  folder.write("camera.yaml", "width: 4\nheight: 3\nK: [500.0, 0, 1.5, 0, 501.0, 1.0, 0, 0, 1]\ndepth_scale: 5000\n");
+  const auto frame = load_frame(list_frames(folder.path())->frames[0]);
+  ASSERT_TRUE(frame.ok()) << frame.error().message;
+  EXPECT_EQ(frame->camera, kCamera);
 }
 
 TEST(Tum, CameraJsonGoesBeforeTheName) {

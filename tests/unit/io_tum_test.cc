@@ -71,6 +71,34 @@ TEST(TumList, NamesFileAndLineOfAFault) {
 
 TEST(TumList, DotsInsideANameAreFine) { EXPECT_TRUE(parse_tum_list("1 depth/a..b.png\n2 ./c.png\n3 ...", "depth.txt").ok()); }
 
+TEST(TumAssociations, ReadsPairsInEitherOrder) {
+  const auto pairs = parse_tum_associations(
+      "# rgb depth\n2.0 rgb/2.png 2.01 depth/2.png\n1.01 depth/1.png 1.0 rgb/1.png\n3 a.png 3.5 b.png\n", "associations.txt");
+  ASSERT_TRUE(pairs.ok()) << pairs.error().message;
+  ASSERT_EQ(pairs->size(), 3U);
+  EXPECT_EQ((*pairs)[0].depth.file, "depth/1.png");
+  EXPECT_EQ((*pairs)[0].depth.timestamp, "1.01");
+  EXPECT_EQ((*pairs)[0].colour.file, "rgb/1.png");
+  EXPECT_EQ((*pairs)[1].depth.file, "depth/2.png");
+  EXPECT_EQ((*pairs)[1].colour.time_s, 2.0);
+  EXPECT_EQ((*pairs)[2].depth.file, "b.png");
+}
+
+TEST(TumAssociations, NamesFileAndLineOfAFault) {
+  const std::pair<std::string, std::string> faults[] = {
+      {"1 a.png", "is not \"timestamp filename timestamp filename\""},
+      {"1 a.png 1", "is not \"timestamp filename timestamp filename\""},
+      {"1 a.png 1 b.png 1", "is not \"timestamp filename timestamp filename\""},
+      {"1 a.png x b.png", "timestamp is not a number of seconds"},
+      {"1 a.png 1 ../b.png", "file name leads out of the folder"},
+  };
+  for (const auto& [line, message] : faults) {
+    const auto pairs = parse_tum_associations("1 a.png 1 b.png\n" + line + "\n", "associations.txt");
+    ASSERT_FALSE(pairs.ok()) << line;
+    EXPECT_EQ(pairs.error().message, "associations.txt:2: " + message);
+  }
+}
+
 const char* nearest(const std::vector<TumEntry>& list, double time_s) {
   const TumEntry* entry = nearest_entry(list, time_s);
   return entry != nullptr ? entry->file.c_str() : "none";

@@ -84,7 +84,7 @@ Scene draw_scene(const io::FrameFiles& files, const io::Frame& frame, io::Truth 
     scene.differences.push_back(picture(method, fmt::format("Differences between {} and the truth in {}", method, frame.name),
                                         fmt::format("recall {}, precision {}", value_text(rows[m].scores, Quantity::recall),
                                                     value_text(rows[m].scores, Quantity::precision)),
-                                        difference_picture(frame.labels->pixels, segmentations[m].labels, frame.depth.width),
+                                        difference_picture(frame.labels->pixels, segmentations[m].labels, frame.camera.width),
                                         width));
   }
   return scene;

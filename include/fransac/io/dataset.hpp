@@ -19,11 +19,11 @@ namespace fransac::io {
 
 /// What an input is; found from its content, then from its name.
 enum class InputKind {
-  depth_png,     ///< A 16-bit PNG.
-  frame,         ///< A folder with depth.png (and camera.json): one frame.
-  dataset,       ///< A folder whose sub-folders are frames, with or without dataset.json; or a folder of depth PNGs (with a
+  depth_image,   ///< A 16-bit PNG, or another file that read_depth_image() knows.
+  frame,         ///< A folder with depth.png, .tiff, .tif, .pgm or .npy (and a camera): one frame.
+  dataset,       ///< A folder whose sub-folders are frames, with or without dataset.json; or a folder of depth images (with a
                  ///< camera.json).
-  tum_sequence,  ///< A folder with depth.txt.
+  tum_sequence,  ///< A folder with depth.txt, or with associations.txt.
   pcd,           ///< A cloud in PCL's format.
   ply,           ///< A cloud in the Stanford polygon format.
   xyz,           ///< A cloud as lines of text, told by the file's ending .xyz.
@@ -47,16 +47,17 @@ enum class Truth {
 /// Where a frame's files are; nothing is loaded yet.
 struct FrameFiles {
   std::string name;                                  ///< Scene name: the frame folder's name, or the timestamp of a sequence.
-  std::filesystem::path depth;                       ///< 16-bit PNG.
+  std::filesystem::path depth;                       ///< As read_depth_image() reads it.
   std::optional<std::filesystem::path> colour;       ///< JPEG or PNG.
   std::optional<std::filesystem::path> labels;       ///< 8-bit PNG.
   std::optional<std::filesystem::path> objects;      ///< objects.png, 8 or 16 bit.
   std::optional<std::filesystem::path> regions;      ///< gt_seg.png, 8 bit: regions as Hoover et al. (1996) number them.
   std::optional<std::filesystem::path> truth;        ///< truth.json with plane coefficients.
-  std::optional<std::filesystem::path> camera_file;  ///< camera.json.
+  std::optional<std::filesystem::path> camera_file;  ///< As read_camera_file() knows it.
   std::optional<Camera> camera;                      ///< Known without a file (TUM).
   std::optional<double> timestamp_s;                 ///< Of a sequence.
   std::optional<int> floor;                          ///< The floor's label, where dataset.json tells it.
+  std::optional<double> depth_scale;                 ///< Raw units per metre, instead of the camera's.
   ReadLimits limits{};                               ///< Of its images.
 };
 
@@ -67,36 +68,40 @@ struct Dataset {
   Truth truth = Truth::none;            ///< What its labels hold.
   std::string sensor;                   ///< dataset.json's "sensor", or empty.
   std::vector<FrameFiles> frames;       ///< Sorted by name; a sequence: by time.
-  /// Files of the whole input, as far as they exist: dataset.json; of a sequence depth.txt, rgb.txt and groundtruth.txt.
+  /// Files of the whole input, as far as they exist: dataset.json; of a sequence depth.txt, rgb.txt, associations.txt and
+  /// groundtruth.txt.
   std::vector<std::filesystem::path> files;
 };
 
-/// Lists the frames of a depth PNG, a frame folder, a dataset or a TUM sequence (not of a cloud).
-/// TUM: depth.txt lines "timestamp filename", '#' comments; rgb.txt associated by nearest timestamp within 20 ms;
-/// intrinsics from camera.json beside it, else from the folder's name (freiburg1..3). A depth image that is named depth.png, in
-/// a folder of its own, has what lies beside it: its camera, colour and truth.
-/// What lies beside a single depth PNG is its own when it is named depth.png or is the folder's only depth PNG, else only
-/// the camera.json is. `truth`, `sensor` and `floor` are from dataset.json in the folder, or above a single frame; without one,
-/// labels are taken for all planes.
-/// A folder without a frame is a no_data error; a depth.txt line that cannot be read is a format error naming file and line.
+/// Lists the frames of a depth image, a frame folder, a dataset or a TUM sequence (not of a cloud).
+/// TUM: depth.txt lines "timestamp filename", '#' comments; rgb.txt associated by nearest timestamp within 20 ms; without
+/// depth.txt associations.txt, lines "timestamp picture timestamp depth-image"; intrinsics from the camera's file beside it, else
+/// from the folder's name (freiburg1..3). A depth image that is named depth.png, in a folder of its own, has what lies beside it:
+/// its camera, colour and truth. What lies beside a single depth image is its own when it is named depth.png (or another such
+/// name) or is the folder's only depth image, else only the camera's file is: camera.json, camera.yaml or camera.yml, of any kind
+/// that read_camera_file() knows. `truth`, `sensor` and `floor` are from dataset.json in the folder, or above a single frame;
+/// without one, labels are taken for all planes. A folder without a frame is a no_data error; a depth.txt line that cannot be
+/// read is a format error naming file and line.
 Result<Dataset> list_frames(const std::filesystem::path& input);
 
 /// A loaded frame.
 struct Frame {
   std::string name;                                ///< As FrameFiles::name.
   Camera camera;                                   ///< Of the depth image's size.
-  DepthImage depth;                                ///< Raw units.
+  DepthImage depth;                                ///< Raw units; without pixels where the file holds metres.
   std::optional<LabelImage> labels;                ///< True labels; 0 is not judged.
   std::optional<ObjectImage> objects;              ///< Ids of free-standing objects; 0: none, or not measured.
   std::optional<LabelImage> regions;               ///< True regions as Hoover et al. (1996) number them: from 10 on.
   std::vector<std::pair<int, Plane>> true_planes;  ///< (label, plane) from truth.json, canonical sign.
   std::optional<int> floor;                        ///< The floor's true label; 0: no floor is seen; nothing: nobody says.
+  MetresImage metres{};                            ///< Depth of a file that holds metres; else without pixels.
 
-  /// `depth` in the camera's units; valid while this is not changed.
-  [[nodiscard]] DepthView view() const { return io::view(depth, camera.depth_scale); }
+  /// The depth image; valid while this is not changed.
+  [[nodiscard]] DepthView view() const { return metres.pixels.empty() ? io::view(depth, camera.depth_scale) : io::view(metres); }
 };
 
-/// Loads depth, camera (`camera_file` overrides what the frame has; neither is an error that names both), labels, objects,
+/// Loads depth, in raw units or in metres (then the camera's depth_scale means nothing; the files' depth_scale, if any, divides
+/// the values), camera (`camera_file` overrides what the frame has; neither is an error that names both), labels, objects,
 /// regions and truth. Camera and images must have the depth image's size. `floor` is what truth.json says, else what dataset.json
 /// does.
 Result<Frame> load_frame(const FrameFiles& files, const std::optional<std::filesystem::path>& camera_file = std::nullopt);

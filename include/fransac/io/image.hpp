@@ -32,11 +32,23 @@ struct Image {
 using DepthImage = Image<std::uint16_t>;
 /// Labels (core/labels.hpp), one channel.
 using LabelImage = Image<std::uint8_t>;
+using MetresImage = Image<float>;          ///< Depth in metres, one channel; what DepthFormat::float32 says is no measurement.
 using ObjectImage = Image<std::uint16_t>;  ///< Which object each pixel belongs to; 0: none.
 using ColourImage = Image<std::uint8_t>;   ///< Three channels: red, green, blue.
 
-/// Reads a 16-bit greyscale PNG. Any other PNG is a format error that says what it is; so is one with more pixels than `limits`
-/// allow, here and below.
+/// A depth image as a file holds it.
+struct RawDepth {
+  DepthImage units;    ///< Raw units; without pixels where the file holds metres.
+  MetresImage metres;  ///< Without pixels where the file holds raw units.
+};
+
+/// Reads a depth image: 16-bit raw units from a greyscale PNG, a greyscale TIFF, a binary PGM or an NPY array (uint16), or metres
+/// from a TIFF of 32-bit floats or an NPY array of float32 or float64. The format is found from the content. Other images and
+/// arrays are format errors that say what they are; so is one with more pixels than `limits` allow, here and below.
+Result<RawDepth> read_depth_image(const std::filesystem::path& file, const ReadLimits& limits = {});
+/// The same from memory; `name` stands for the file in messages.
+Result<RawDepth> decode_depth_image(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
+/// Reads a 16-bit greyscale PNG. Any other PNG is a format error that says what it is.
 Result<DepthImage> read_depth_png(const std::filesystem::path& file, const ReadLimits& limits = {});
 /// The same from memory; `name` stands for the file in messages.
 Result<DepthImage> decode_depth_png(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits = {});
@@ -66,5 +78,7 @@ Result<std::vector<std::byte>> encode_png(const Image<std::uint8_t>& image);
 
 /// A view of an image with the camera's depth scale.
 DepthView view(const DepthImage& image, double depth_scale);
+/// A view of an image in metres.
+DepthView view(const MetresImage& image);
 
 }  // namespace fransac::io
