@@ -141,7 +141,7 @@ TEST(RawDepth, RefusesOtherPgms) {
 }
 
 TEST(RawDepth, ReadsNpy) {
-  for (const char version : {1, 2, 3}) expect_units(npy(dictionary("<u2", "(2, 3)"), bytes_of(kUnits), version));
+  for (const char version : {'\1', '\2', '\3'}) expect_units(npy(dictionary("<u2", "(2, 3)"), bytes_of(kUnits), version));
   expect_units(npy(dictionary(">u2", "(2, 3)"), bytes_of(kUnits, true)));
   expect_units(npy("{'shape': (2, 3,), 'fortran_order': False, 'descr': '<u2'}", bytes_of(kUnits)));
   expect_metres(npy(dictionary("<f4", "(2, 3)"), bytes_of(kMetres)));
@@ -172,7 +172,8 @@ TEST(RawDepth, RefusesOtherArrays) {
 }
 
 TEST(RawDepth, ReadsTiff) {
-  for (const std::uint16_t compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
+  for (const int codec : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
+    const auto compression = static_cast<std::uint16_t>(codec);
     expect_units(tiff(kUnits, SAMPLEFORMAT_UINT, {.compression = compression}));
     expect_metres(tiff(kMetres, SAMPLEFORMAT_IEEEFP, {.compression = compression}));
   }
