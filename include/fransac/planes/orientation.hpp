@@ -45,9 +45,9 @@ struct UpEstimate {
 /// doubt: no plane, walls of one direction only, a plane that could as well be the floor as a wall.
 std::optional<UpEstimate> estimate_up(std::span<const PlaneSegment> planes, bool portrait = false);
 
-/// How far a floor may be from level: a ramp of 1 : 12 is still one. And the most that counts as level or vertical, errors
-/// included. Radians.
+/// How far a floor may be from level: a ramp of 1 : 12 is still one. Radians.
 inline constexpr double kRamp_rad = 5.0 * std::numbers::pi / 180.0;
+/// The most that counts as level or vertical, errors included. Radians.
 inline constexpr double kLevel_rad = 10.0 * std::numbers::pi / 180.0;
 
 /// One sigma of the angle of a plane's normal, radians; 0 where its covariance is not known.
