@@ -19,7 +19,7 @@ std::string_view to_string(LensModel model);
 /// Coefficients in the order and with the meaning that OpenCV and ROS give them.
 struct Lens {
   LensModel model = LensModel::plumb_bob;  ///< What the coefficients are of.
-  std::array<double, 8> coefficients{};  ///< Those that the model does not have are 0.
+  std::array<double, 8> coefficients{};    ///< Those that the model does not have are 0.
 
   bool operator==(const Lens&) const = default;
 };
