@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "hwy/highway.h"
-#include "kernels/block_sums.h"
+#include "kernels/block_sums-inl.h"
 #include "kernels/points.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -24,8 +24,17 @@ namespace hn = hwy::HWY_NAMESPACE;
 using FloatTag = hn::CappedTag<float, kBlock>;
 using Float = hn::Vec<FloatTag>;
 
-// points.cc is compiled without contraction: products and sums are rounded one by one, and so alike on all targets.
-HWY_INLINE Float MulThenAdd(Float a, Float b, Float c) { return hn::Add(hn::Mul(a, b), c); }
+/// Which points are finite and not where `unmeasured` (x, y, z) says that there is none.
+template <class Tag>
+HWY_INLINE hn::Mask<Tag> Measured(hn::Vec<Tag> x, hn::Vec<Tag> y, hn::Vec<Tag> z, const float* HWY_RESTRICT unmeasured) {
+  const Tag d;
+  const auto zero = hn::Zero(d);
+  // 0 times infinity or NaN is NaN.
+  const auto finite = hn::Eq(hn::Add(hn::Add(hn::Mul(x, zero), hn::Mul(y, zero)), hn::Mul(z, zero)), zero);
+  const auto is = [&](hn::Vec<Tag> p, int axis)
+                      HWY_ATTR { return hn::Eq(p, hn::Set(d, static_cast<hn::TFromD<Tag>>(unmeasured[axis]))); };
+  return hn::AndNot(hn::And(hn::And(is(x, 0), is(y, 1)), is(z, 2)), finite);
+}
 
 Bounds BoundsOf(const float* HWY_RESTRICT values, std::size_t n) {
   const FloatTag d;
@@ -43,16 +52,10 @@ Bounds BoundsOf(const float* HWY_RESTRICT values, std::size_t n) {
 std::size_t CountMeasured(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
                           const float* HWY_RESTRICT unmeasured) {
   const FloatTag d;
-  const Float zero = hn::Zero(d);
   std::size_t count = 0;
   for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
-    const Float px = hn::Load(d, x + i);
-    const Float py = hn::Load(d, y + i);
-    const Float pz = hn::Load(d, z + i);
-    // 0 times infinity or NaN is NaN.
-    const auto finite = hn::Eq(hn::Add(hn::Add(hn::Mul(px, zero), hn::Mul(py, zero)), hn::Mul(pz, zero)), zero);
-    const auto same = [&](Float p, int axis) HWY_ATTR { return hn::Eq(p, hn::Set(d, unmeasured[axis])); };
-    count += hn::CountTrue(d, hn::AndNot(hn::And(hn::And(same(px, 0), same(py, 1)), same(pz, 2)), finite));
+    const auto measured = Measured<FloatTag>(hn::Load(d, x + i), hn::Load(d, y + i), hn::Load(d, z + i), unmeasured);
+    count += hn::CountTrue(d, measured);
   }
   return count;
 }
@@ -91,23 +94,19 @@ Msac MsacOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const floa
   const Float t = hn::Set(d, threshold);
   const Float per_t = hn::Set(d, 1.0F / threshold);
   const Float one = hn::Set(d, 1.0F);
-  constexpr std::size_t kParts = kBlock / hn::MaxLanes(d);
-  Float gain[kParts];
-  for (Float& part : gain) part = hn::Zero(d);
+  PlaceSums<FloatTag, kBlock> gain;
   auto count = hn::Zero(di);
   for (std::size_t i = 0; i < n; i += kBlock) {
-    for (std::size_t part = 0; part < kParts; ++part) {
+    for (std::size_t part = 0; part < gain.kParts; ++part) {
       const std::size_t at = i + part * hn::MaxLanes(d);
       const Float r = p.Residual(hn::Load(d, x + at), hn::Load(d, y + at), hn::Load(d, z + at));
       const auto inlier = hn::Le(hn::Abs(r), t);
       const Float share = hn::Mul(r, per_t);
-      gain[part] = hn::Add(gain[part], hn::IfThenElseZero(inlier, hn::Sub(one, hn::Mul(share, share))));
+      gain.Add(part, hn::IfThenElseZero(inlier, hn::Sub(one, hn::Mul(share, share))));
       count = hn::Sub(count, hn::VecFromMask(di, hn::RebindMask(di, inlier)));
     }
   }
-  alignas(64) float places[kBlock];
-  for (std::size_t part = 0; part < kParts; ++part) hn::Store(gain[part], d, places + part * hn::MaxLanes(d));
-  return {total_of_places<kBlock>(places), static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)))};
+  return {gain.Total(), static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count)))};
 }
 
 InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z,
@@ -119,13 +118,9 @@ InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_REST
   const PlaneV p(plane);
   const Float t = hn::Set(d, threshold);
   auto count = hn::Zero(di);
-  // By place in half a block, so that all targets add in one order. Products of two floats are exact in double.
-  constexpr std::size_t kPlaces = kBlock / 2;
-  constexpr std::size_t kParts = kPlaces / hn::MaxLanes(dd);
-  hn::Vec<decltype(dd)> sums[9][kParts];
-  for (auto& sum : sums) {
-    for (auto& part : sum) part = hn::Zero(dd);
-  }
+  constexpr std::size_t kHalf = kBlock / 2;
+  using Sum = PlaceSums<hn::CappedTag<double, kHalf>, kHalf>;
+  Sum sx, sy, sz, xx, xy, xz, yy, yz, zz;
   alignas(64) float inliers[3][kBlock];
   for (std::size_t i = 0; i < n; i += kBlock) {
     for (std::size_t at = 0; at < kBlock; at += hn::Lanes(d)) {
@@ -138,43 +133,37 @@ InlierMoments InlierMomentsOf(const float* HWY_RESTRICT x, const float* HWY_REST
       hn::Store(hn::IfThenElseZero(inlier, fy), d, inliers[1] + at);
       hn::Store(hn::IfThenElseZero(inlier, fz), d, inliers[2] + at);
     }
-    for (std::size_t first = 0; first < kBlock; first += kPlaces) {
-      for (std::size_t part = 0; part < kParts; ++part) {
+    for (std::size_t first = 0; first < kBlock; first += kHalf) {
+      for (std::size_t part = 0; part < Sum::kParts; ++part) {
         const std::size_t at = first + part * hn::MaxLanes(dd);
         const auto px = hn::PromoteTo(dd, hn::Load(half, inliers[0] + at));
         const auto py = hn::PromoteTo(dd, hn::Load(half, inliers[1] + at));
         const auto pz = hn::PromoteTo(dd, hn::Load(half, inliers[2] + at));
-        sums[0][part] = hn::Add(sums[0][part], px);
-        sums[1][part] = hn::Add(sums[1][part], py);
-        sums[2][part] = hn::Add(sums[2][part], pz);
-        sums[3][part] = hn::MulAdd(px, px, sums[3][part]);
-        sums[4][part] = hn::MulAdd(px, py, sums[4][part]);
-        sums[5][part] = hn::MulAdd(px, pz, sums[5][part]);
-        sums[6][part] = hn::MulAdd(py, py, sums[6][part]);
-        sums[7][part] = hn::MulAdd(py, pz, sums[7][part]);
-        sums[8][part] = hn::MulAdd(pz, pz, sums[8][part]);
+        sx.Add(part, px);
+        sy.Add(part, py);
+        sz.Add(part, pz);
+        xx.AddExactProduct(part, px, px);  // of floats, in double
+        xy.AddExactProduct(part, px, py);
+        xz.AddExactProduct(part, px, pz);
+        yy.AddExactProduct(part, py, py);
+        yz.AddExactProduct(part, py, pz);
+        zz.AddExactProduct(part, pz, pz);
       }
     }
   }
-  InlierMoments moments{static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count))), {}};
-  alignas(64) double places[kPlaces];
-  for (std::size_t k = 0; k < 9; ++k) {
-    for (std::size_t part = 0; part < kParts; ++part) hn::Store(sums[k][part], dd, places + part * hn::MaxLanes(dd));
-    moments.sums[k] = total_of_places<kPlaces>(places);
-  }
-  return moments;
+  return {static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(di, count))),
+          {sx.Total(), sy.Total(), sz.Total(), xx.Total(), xy.Total(), xz.Total(), yy.Total(), yz.Total(), zz.Total()}};
 }
 
 void LabelPoints(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const float* HWY_RESTRICT z, std::size_t n,
                  const NearestPlane& rule, std::uint8_t* HWY_RESTRICT labels) {
-  const hn::CappedTag<double, kBlock / 2> dd;
-  const hn::Rebind<float, decltype(dd)> df;
-  const hn::Rebind<std::int32_t, decltype(dd)> di;
-  const hn::Rebind<std::uint8_t, decltype(dd)> du8;
-  const auto zero = hn::Zero(dd);
+  using Doubles = hn::CappedTag<double, kBlock / 2>;
+  const Doubles dd;
+  const hn::Rebind<float, Doubles> df;
+  const hn::Rebind<std::int32_t, Doubles> di;
+  const hn::Rebind<std::uint8_t, Doubles> du8;
   const auto infinity = hn::Set(dd, std::numeric_limits<double>::infinity());
   const auto threshold = hn::Set(dd, rule.threshold);
-  const auto unmeasured = [&](int axis) HWY_ATTR { return hn::Set(dd, static_cast<double>(rule.unmeasured[axis])); };
   const auto no_depth = hn::Set(dd, static_cast<double>(rule.no_depth));
   const auto no_plane = hn::Set(dd, static_cast<double>(rule.no_plane));
   const auto one = hn::Set(dd, 1.0);
@@ -194,10 +183,7 @@ void LabelPoints(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const
       label = hn::IfThenElse(nearer, own, label);
       own = hn::Add(own, one);
     }
-    // 0 times infinity or NaN is NaN.
-    const auto finite = hn::Eq(hn::Add(hn::Add(hn::Mul(px, zero), hn::Mul(py, zero)), hn::Mul(pz, zero)), zero);
-    const auto nowhere = hn::And(hn::And(hn::Eq(px, unmeasured(0)), hn::Eq(py, unmeasured(1))), hn::Eq(pz, unmeasured(2)));
-    label = hn::IfThenElse(hn::AndNot(nowhere, finite), label, no_depth);
+    label = hn::IfThenElse(Measured<Doubles>(px, py, pz, rule.unmeasured), label, no_depth);
     hn::StoreU(hn::DemoteTo(du8, hn::DemoteTo(di, label)), du8, labels + i);
   }
 }
@@ -209,38 +195,74 @@ void LabelPoints(const float* HWY_RESTRICT x, const float* HWY_RESTRICT y, const
 #define FRANSAC_POINT_IS_A_VECTOR 0
 #endif
 
+#if FRANSAC_POINT_IS_A_VECTOR
+/// A lattice along x, y and z at once. Whatever is made of points' leaves takes their indices from here: one that was rounded
+/// otherwise would be in another leaf.
+class LatticeV {
+ public:
+  using Point = hn::Vec<hn::FixedTag<double, 4>>;
+  using Index = hn::Vec<hn::FixedTag<std::uint32_t, 4>>;
+  using Term = hn::Vec<hn::FixedTag<std::uint64_t, 4>>;
+
+  explicit HWY_INLINE LatticeV(const Lattice& lattice)
+      : per_leaf_(hn::LoadU(kDoubles, lattice.per_leaf)),
+        offset_(hn::LoadU(kDoubles, lattice.offset)),
+        rounder_(hn::LoadU(kDoubles, lattice.rounder)) {
+    alignas(32) constexpr std::uint64_t kCount[4] = {0, 0, 0, 1};
+    zero_ = hn::Sub(hn::BitCast(kWholes, rounder_), hn::Load(kWholes, kCount));
+  }
+  /// The three floats at `point` and 0.
+  static HWY_INLINE Point LoadPoint(const float* HWY_RESTRICT point) {
+    return hn::PromoteTo(kDoubles, hn::MaskedLoad(hn::FirstN(kFloats, 3), kFloats, point));
+  }
+  /// The same where a fourth float can be read: a whole load takes less.
+  static HWY_INLINE Point LoadPointOfFour(const float* HWY_RESTRICT point) {
+    return hn::PromoteTo(kDoubles, hn::IfThenElseZero(hn::FirstN(kFloats, 3), hn::LoadU(kFloats, point)));
+  }
+  [[nodiscard]] HWY_INLINE Index IndexOf(Point point) const {
+    return hn::BitCast(kIndices, hn::DemoteTo(kSigned, MulThenAdd(point, per_leaf_, offset_)));
+  }
+  /// What is added up: x, y and z in whole numbers, and 1.
+  [[nodiscard]] HWY_INLINE Term TermOf(Point point) const {
+    return hn::Sub(hn::BitCast(kWholes, hn::Add(point, rounder_)), zero_);
+  }
+
+ private:
+  static constexpr hn::FixedTag<float, 4> kFloats{};
+  static constexpr hn::FixedTag<double, 4> kDoubles{};
+  static constexpr hn::FixedTag<std::int32_t, 4> kSigned{};
+  static constexpr hn::FixedTag<std::uint32_t, 4> kIndices{};
+  static constexpr hn::FixedTag<std::uint64_t, 4> kWholes{};
+
+  Point per_leaf_;
+  Point offset_;
+  Point rounder_;
+  Term zero_;
+};
+#endif
+
 std::size_t LeafRuns(const float* HWY_RESTRICT points, std::size_t stride, std::size_t n, const Lattice& lattice,
                      LeafRun* HWY_RESTRICT runs) {
 #if FRANSAC_POINT_IS_A_VECTOR
-  const hn::FixedTag<double, 4> dd;
-  const hn::FixedTag<float, 4> df;
-  const hn::FixedTag<std::int32_t, 4> di;
   const hn::FixedTag<std::uint32_t, 4> du;
   const hn::FixedTag<std::uint64_t, 4> du64;
-  const auto xyz = hn::FirstN(df, 3);
-  const auto per_leaf = hn::LoadU(dd, lattice.per_leaf);
-  const auto offset = hn::LoadU(dd, lattice.offset);
-  const auto rounder = hn::LoadU(dd, lattice.rounder);
-  alignas(32) constexpr std::uint64_t kCount[4] = {0, 0, 0, 1};
-  const auto zero = hn::Sub(hn::BitCast(du64, rounder), hn::Load(du64, kCount));
+  const LatticeV v(lattice);
   auto sum = hn::Zero(du64);
-  auto previous = hn::Set(di, -1);
+  auto previous = hn::Set(du, ~std::uint32_t{0});
   std::size_t count = 0;
-  const auto add = [&](hn::Vec<hn::FixedTag<float, 4>> floats) HWY_ATTR {
-    const auto point = hn::PromoteTo(dd, floats);
-    const auto index = hn::DemoteTo(di, hn::Add(hn::Mul(point, per_leaf), offset));
-    sum = hn::Add(sum, hn::Sub(hn::BitCast(du64, hn::Add(point, rounder)), zero));
+  const auto add = [&](LatticeV::Point point) HWY_ATTR {
+    const auto index = v.IndexOf(point);
+    sum = hn::Add(sum, v.TermOf(point));
     // Where a run ends cannot be predicted, so it is no branch.
-    count += static_cast<std::size_t>(hn::CountTrue(di, hn::Eq(index, previous)) < 4);
+    count += static_cast<std::size_t>(hn::CountTrue(du, hn::Eq(index, previous)) < 4);
     previous = index;
     LeafRun& run = runs[count - 1];
     hn::Store(sum, du64, run.sum);
-    hn::Store(hn::BitCast(du, index), du, run.index);
+    hn::Store(index, du, run.index);
   };
-  // A whole load takes less than a masked one, but of the last point the fourth float need not be there.
-  const std::size_t whole = stride >= 4 && n > 0 ? n - 1 : 0;
-  for (std::size_t i = 0; i < whole; ++i) add(hn::IfThenElseZero(xyz, hn::LoadU(df, points + i * stride)));
-  for (std::size_t i = whole; i < n; ++i) add(hn::MaskedLoad(xyz, df, points + i * stride));
+  const std::size_t whole = stride >= 4 && n > 0 ? n - 1 : 0;  // of the last point the fourth float need not be there
+  for (std::size_t i = 0; i < whole; ++i) add(v.LoadPointOfFour(points + i * stride));
+  for (std::size_t i = whole; i < n; ++i) add(v.LoadPoint(points + i * stride));
   return count;
 #else
   return ref::leaf_runs(points, stride, n, lattice, runs);
@@ -250,23 +272,13 @@ std::size_t LeafRuns(const float* HWY_RESTRICT points, std::size_t stride, std::
 void LeafTerms(const float* HWY_RESTRICT points, std::size_t stride, std::size_t n, const Lattice& lattice,
                LeafTerm* HWY_RESTRICT terms, std::uint64_t* HWY_RESTRICT keys) {
 #if FRANSAC_POINT_IS_A_VECTOR
-  const hn::FixedTag<double, 4> dd;
-  const hn::FixedTag<float, 4> df;
-  const hn::FixedTag<std::int32_t, 4> di;
-  const hn::FixedTag<std::uint32_t, 4> du;
   const hn::FixedTag<std::uint64_t, 4> du64;
-  const auto xyz = hn::FirstN(df, 3);
-  const auto per_leaf = hn::LoadU(dd, lattice.per_leaf);
-  const auto offset = hn::LoadU(dd, lattice.offset);
-  const auto rounder = hn::LoadU(dd, lattice.rounder);
+  const LatticeV v(lattice);
   const auto shift = hn::LoadU(du64, lattice.shift);
-  alignas(32) constexpr std::uint64_t kCount[4] = {0, 0, 0, 1};
-  const auto zero = hn::Sub(hn::BitCast(du64, rounder), hn::Load(du64, kCount));
   for (std::size_t i = 0; i < n; ++i) {
-    const auto point = hn::PromoteTo(dd, hn::MaskedLoad(xyz, df, points + i * stride));
-    const auto index = hn::BitCast(du, hn::DemoteTo(di, hn::Add(hn::Mul(point, per_leaf), offset)));
-    hn::Store(hn::Sub(hn::BitCast(du64, hn::Add(point, rounder)), zero), du64, terms[i].sum);
-    keys[i] = hn::GetLane(hn::SumOfLanes(du64, hn::Shl(hn::PromoteTo(du64, index), shift)));
+    const auto point = v.LoadPoint(points + i * stride);
+    hn::Store(v.TermOf(point), du64, terms[i].sum);
+    keys[i] = hn::GetLane(hn::SumOfLanes(du64, hn::Shl(hn::PromoteTo(du64, v.IndexOf(point)), shift)));
   }
 #else
   ref::leaf_terms(points, stride, n, lattice, terms, keys);
@@ -276,19 +288,12 @@ void LeafTerms(const float* HWY_RESTRICT points, std::size_t stride, std::size_t
 void LeafBuckets(const float* HWY_RESTRICT points, std::size_t stride, std::size_t n, const Lattice& lattice,
                  std::uint8_t* HWY_RESTRICT buckets) {
 #if FRANSAC_POINT_IS_A_VECTOR
-  const hn::FixedTag<double, 4> dd;
-  const hn::FixedTag<float, 4> df;
-  const hn::FixedTag<std::int32_t, 4> di;
   const hn::FixedTag<std::uint32_t, 4> du;
-  const auto xyz = hn::FirstN(df, 3);
-  const auto per_leaf = hn::LoadU(dd, lattice.per_leaf);
-  const auto offset = hn::LoadU(dd, lattice.offset);
+  const LatticeV v(lattice);
   alignas(16) constexpr std::uint32_t kFactors[4] = {kBucketFactors[0], kBucketFactors[1], kBucketFactors[2], 0};
   const auto factors = hn::Load(du, kFactors);
   for (std::size_t i = 0; i < n; ++i) {
-    const auto point = hn::PromoteTo(dd, hn::MaskedLoad(xyz, df, points + i * stride));
-    const auto index = hn::BitCast(du, hn::DemoteTo(di, hn::Add(hn::Mul(point, per_leaf), offset)));
-    const auto products = hn::Mul(hn::ShiftRight<kCubeBits>(index), factors);
+    const auto products = hn::Mul(hn::ShiftRight<kCubeBits>(v.IndexOf(v.LoadPoint(points + i * stride))), factors);
     buckets[i] = static_cast<std::uint8_t>(hn::GetLane(hn::SumOfLanes(du, products)) >> 24);
   }
 #else

@@ -13,7 +13,7 @@
 
 #include "hwy/highway.h"
 #include "kernels/bits.h"
-#include "kernels/block_sums.h"
+#include "kernels/block_sums-inl.h"
 #include "kernels/rows.h"
 
 #ifndef FRANSAC_KERNELS_ROWS_TABLE_
@@ -50,19 +50,15 @@ using FloatTag = hn::CappedTag<float, kBlock>;
 using IntTag = hn::RebindToSigned<FloatTag>;
 using Float = hn::Vec<FloatTag>;
 
-/// Vectors of a block.
-inline constexpr std::size_t kParts = kBlock / hn::MaxLanes(FloatTag());
+using Sum = PlaceSums<FloatTag, kBlock>;
 
 /// Calls body(u, part) for the columns of one vector after the other, which is the part-th of its block.
 template <class Body>
 HWY_INLINE void ForEachVector(std::size_t n, const Body& body) {
   for (std::size_t u = 0; u < n; u += kBlock) {
-    for (std::size_t part = 0; part < kParts; ++part) body(u + part * hn::MaxLanes(FloatTag()), part);
+    for (std::size_t part = 0; part < Sum::kParts; ++part) body(u + part * hn::MaxLanes(FloatTag()), part);
   }
 }
-
-/// a b + c with two roundings: rows.cc is compiled without contraction, and so all targets give the same.
-HWY_INLINE Float MulThenAdd(Float a, Float b, Float c) { return hn::Add(hn::Mul(a, b), c); }
 
 HWY_INLINE Float LoadRaw(const std::uint16_t* HWY_RESTRICT raw) {
   return hn::ConvertTo(FloatTag(), hn::PromoteTo(IntTag(), hn::LoadU(hn::Rebind<std::uint16_t, FloatTag>(), raw)));
@@ -111,25 +107,6 @@ class Counter {
 
  private:
   hn::Vec<IntTag> count_;
-};
-
-/// Sums of vectors, in an order that does not depend on their width (block_sums.h).
-class Sum {
- public:
-  HWY_INLINE Sum() {
-    for (Float& part : parts_) part = hn::Zero(FloatTag());
-  }
-  HWY_INLINE void Add(std::size_t part, Float values) { parts_[part] = hn::Add(parts_[part], values); }
-  [[nodiscard]] HWY_INLINE float Total() const {
-    alignas(64) float places[kBlock];
-    for (std::size_t part = 0; part < kParts; ++part) {
-      hn::Store(parts_[part], FloatTag(), places + part * hn::MaxLanes(FloatTag()));
-    }
-    return total_of_places<kBlock>(places);
-  }
-
- private:
-  Float parts_[kParts];
 };
 
 template <class Raw>
