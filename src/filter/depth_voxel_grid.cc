@@ -317,12 +317,13 @@ Status voxel_grid_of_cloud(const DepthView& depth, const Camera& camera, const D
   deproject(depth, camera, cloud);
   const std::uint64_t measured = cloud.size();
   if (options.limits != nullptr) pass_through(*options.limits, cloud);
-  if (Status status = voxel_grid(cloud, options.leaf_size_m, options.leaf_point, grid, options.threads); !status) return status;
+  const PointsGridOptions of_points{.leaf_size_m = Eigen::Vector3d::Constant(options.leaf_size_m),
+                                    .leaf_point = options.leaf_point,
+                                    .leaf_of = options.leaf_of,
+                                    .threads = options.threads};
+  if (Status status = voxel_grid(cloud, of_points, grid); !status) return status;
   grid.measured = measured;
-  if (!options.leaf_of) {
-    grid.leaf_of.clear();
-    return {};
-  }
+  if (!options.leaf_of) return {};
   AlignedVector<std::uint32_t> leaf_of(depth.size(), VoxelGrid::kNoLeaf);
   for (std::size_t i = 0; i < cloud.size(); ++i) leaf_of[cloud.source[i]] = grid.leaf_of[i];
   grid.leaf_of.swap(leaf_of);
