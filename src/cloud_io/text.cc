@@ -7,8 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "io/guard.h"
-
 namespace fransac::io::cloud_formats {
 namespace {
 
@@ -50,16 +48,6 @@ std::vector<std::string_view> words(std::string_view line) {
   return result;
 }
 
-std::optional<double> parse_real(std::string_view word) {
-  if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);  // std::from_chars takes no plus sign.
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (end != word.data() + word.size() || word.empty()) return std::nullopt;
-  // Too large or too small for double: neither is a coordinate, and std::from_chars leaves `value` as it was.
-  if (error != std::errc{}) return error == std::errc::result_out_of_range ? std::optional(std::nan("")) : std::nullopt;
-  return value;
-}
-
 std::optional<std::uint64_t> parse_count(std::string_view word) {
   std::uint64_t value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -70,8 +58,6 @@ std::optional<std::uint64_t> parse_count(std::string_view word) {
 
 void append_real(std::string& text, float value) { append_shortest(text, value); }
 void append_real(std::string& text, double value) { append_shortest(text, value); }
-
-Error format_error(const std::string& name, const std::string& what) { return file_error(ErrorCode::format, name, what); }
 
 Status check_points(std::uint64_t points, const ReadLimits& limits, const std::string& name) {
   if (points <= limits.max_size) return {};

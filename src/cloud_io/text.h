@@ -13,12 +13,10 @@
 #include "fransac/core/printable.hpp"
 #include "fransac/core/result.hpp"
 #include "fransac/io/limits.hpp"
+#include "io/guard.h"
+#include "io/text.h"
 
 namespace fransac::io::cloud_formats {
-
-inline std::string_view as_text(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
 
 /// A text line by line.
 class Lines {
@@ -41,8 +39,6 @@ class Lines {
 std::string_view take_word(std::string_view& text);
 std::vector<std::string_view> words(std::string_view line);
 
-/// A whole word as a number; `nan` and `inf` are numbers. Nothing when the word is anything else.
-std::optional<double> parse_real(std::string_view word);
 /// Decimal digits only. Nothing above 2^31 - 1, what the formats' readers hold counts in.
 std::optional<std::uint64_t> parse_count(std::string_view word);
 
@@ -50,7 +46,6 @@ std::optional<std::uint64_t> parse_count(std::string_view word);
 void append_real(std::string& text, float value);
 void append_real(std::string& text, double value);
 
-Error format_error(const std::string& name, const std::string& what);
 /// A format error when a header promises more points than are read.
 Status check_points(std::uint64_t points, const ReadLimits& limits, const std::string& name);
 

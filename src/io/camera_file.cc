@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "fransac/io/file.hpp"
 #include "io/guard.h"
 #include "io/json.h"
+#include "io/read_text.h"
 #include "io/text.h"
 #include "io/yaml.h"
 
@@ -356,11 +356,7 @@ Result<CameraFile> parse_camera_file(std::string_view text, const std::string& n
 }
 
 Result<CameraFile> read_camera_file(const std::filesystem::path& file) {
-  return guarded(file.native(), [&]() -> Result<CameraFile> {
-    const Result<std::vector<std::byte>> bytes = read_file(file, kMaxCameraBytes);
-    if (!bytes) return bytes.error();
-    return parse_camera_file(as_text(*bytes), file.string());
-  });
+  return guarded(file.native(), [&] { return read_text(file, kMaxCameraBytes, &parse_camera_file); });
 }
 
 Result<Camera> pinhole_of(const CameraFile& file, const std::string& name) {

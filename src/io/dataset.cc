@@ -11,6 +11,7 @@
 #include "io/detect.h"
 #include "io/guard.h"
 #include "io/json.h"
+#include "io/read_text.h"
 #include "io/text.h"
 #include "io/tum_list.h"
 
@@ -165,14 +166,6 @@ Status list_dataset(const fs::path& folder, Dataset& dataset) {
   return describe(dataset, {folder});
 }
 
-template <class Entry>
-Result<std::vector<Entry>> read_tum_list(const fs::path& file,
-                                         Result<std::vector<Entry>> (*parse)(std::string_view, const std::string&)) {
-  const Result<std::vector<std::byte>> bytes = read_file(file, kMaxListBytes);
-  if (!bytes) return bytes.error();
-  return parse(as_text(*bytes), file.string());
-}
-
 /// A depth image of a sequence, and its picture where it has one.
 struct TumFrame {
   TumEntry depth;
@@ -180,7 +173,7 @@ struct TumFrame {
 };
 
 Result<std::vector<TumFrame>> tum_frames_of_associations(const fs::path& folder) {
-  Result<std::vector<TumPair>> pairs = read_tum_list(folder / kTumAssociations, &parse_tum_associations);
+  Result<std::vector<TumPair>> pairs = read_text(folder / kTumAssociations, kMaxListBytes, &parse_tum_associations);
   if (!pairs) return pairs.error();
   std::vector<TumFrame> frames;
   for (TumPair& pair : *pairs) frames.push_back({std::move(pair.depth), std::move(pair.colour.file)});
@@ -190,10 +183,10 @@ Result<std::vector<TumFrame>> tum_frames_of_associations(const fs::path& folder)
 /// From depth.txt and rgb.txt, else from associations.txt.
 Result<std::vector<TumFrame>> tum_frames(const fs::path& folder) {
   if (!is_file(folder / "depth.txt")) return tum_frames_of_associations(folder);
-  Result<std::vector<TumEntry>> depth = read_tum_list(folder / "depth.txt", &parse_tum_list);
+  Result<std::vector<TumEntry>> depth = read_text(folder / "depth.txt", kMaxListBytes, &parse_tum_list);
   if (!depth) return depth.error();
   const Result<std::vector<TumEntry>> colour =
-      is_file(folder / "rgb.txt") ? read_tum_list(folder / "rgb.txt", &parse_tum_list) : std::vector<TumEntry>{};
+      is_file(folder / "rgb.txt") ? read_text(folder / "rgb.txt", kMaxListBytes, &parse_tum_list) : std::vector<TumEntry>{};
   if (!colour) return colour.error();
   std::vector<TumFrame> frames;
   for (TumEntry& entry : *depth) {

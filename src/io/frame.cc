@@ -7,7 +7,7 @@
 #include "fransac/io/file.hpp"
 #include "io/depth_reader.h"
 #include "io/guard.h"
-#include "io/text.h"
+#include "io/read_text.h"
 #include "io/truth_json.h"
 
 namespace fransac::io {
@@ -16,8 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxTruthBytes = std::size_t{1} << 20;  // 254 planes
-
-Error format_error(const fs::path& file, const std::string& what) { return file_error(ErrorCode::format, file.native(), what); }
 
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
@@ -38,9 +36,9 @@ Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>&
   }
   Result<Camera> camera = source ? read_pinhole(*source) : *files.camera;
   if (camera && (camera->width != depth.width() || camera->height != depth.height())) {
-    return format_error(source.value_or(files.depth), "the camera is for " + size_text(camera->width, camera->height) +
-                                                          " pixels, but " + printable(files.depth.native()) + " has " +
-                                                          size_text(depth.width(), depth.height()));
+    return format_error(source.value_or(files.depth).native(), "the camera is for " + size_text(camera->width, camera->height) +
+                                                                   " pixels, but " + printable(files.depth.native()) + " has " +
+                                                                   size_text(depth.width(), depth.height()));
   }
   return camera;
 }
@@ -53,8 +51,8 @@ Status load_image(const std::optional<fs::path>& file, Result<Image> (*read)(con
   Result<Image> image = read(*file, files.limits);
   if (!image) return image.error();
   if (image->width != depth.width() || image->height != depth.height()) {
-    return format_error(*file, "has " + size_text(image->width, image->height) + " pixels, but " +
-                                   printable(files.depth.native()) + " has " + size_text(depth.width(), depth.height()));
+    return format_error(file->native(), "has " + size_text(image->width, image->height) + " pixels, but " +
+                                            printable(files.depth.native()) + " has " + size_text(depth.width(), depth.height()));
   }
   loaded = *std::move(image);
   return {};
@@ -62,9 +60,7 @@ Status load_image(const std::optional<fs::path>& file, Result<Image> (*read)(con
 
 Status load_truth(const FrameFiles& files, Frame& frame) {
   if (!files.truth) return {};
-  const Result<std::vector<std::byte>> bytes = read_file(*files.truth, kMaxTruthBytes);
-  if (!bytes) return bytes.error();
-  Result<TruthJson> truth = parse_truth_json(as_text(*bytes), files.truth->string());
+  Result<TruthJson> truth = read_text(*files.truth, kMaxTruthBytes, &parse_truth_json);
   if (!truth) return truth.error();
   frame.true_planes = std::move(truth->planes);
   if (truth->floor) frame.floor = truth->floor;

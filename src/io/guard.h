@@ -17,6 +17,8 @@ namespace fransac::io {
 inline Error file_error(ErrorCode code, std::string_view file, std::string_view what) {
   return {code, printable(file) + ": " + std::string(what)};
 }
+/// The same of a file that does not hold what it should.
+inline Error format_error(std::string_view file, std::string_view what) { return file_error(ErrorCode::format, file, what); }
 /// `FILE:LINE: WHAT`
 inline Error line_error(std::string_view file, std::size_t line, std::string_view what) {
   return {ErrorCode::format, printable(file) + ":" + std::to_string(line) + ": " + std::string(what)};

@@ -34,8 +34,6 @@ constexpr std::string_view kDepthImage = "a depth image (16-bit greyscale PNG)";
 using PngContext = std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)>;
 using JpegDecoder = std::unique_ptr<void, decltype(&tjDestroy)>;
 
-Error format_error(const std::string& name, const std::string& what) { return file_error(ErrorCode::format, name, what); }
-
 /// What a picture that is not wanted is, for messages: "8-bit RGB PNG".
 std::string describe(const spng_ihdr& header) {
   const auto colour = [&]() -> std::string_view {

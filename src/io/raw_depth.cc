@@ -20,8 +20,6 @@ using namespace std::string_view_literals;
 
 constexpr std::string_view kNpySignature = "\x93NUMPY";
 
-Error format_error(const std::string& name, const std::string& what) { return file_error(ErrorCode::format, name, what); }
-
 bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 /// The whole number at the start of `text`, which is cut off.
@@ -42,14 +40,6 @@ void read_values(std::span<const std::byte> bytes, std::endian order, std::vecto
     if (order != std::endian::native) std::reverse(one.begin(), one.end());
     values[i] = static_cast<T>(std::bit_cast<Stored>(one));
   }
-}
-
-template <class T>
-void resize(Image<T>& image, std::uint64_t width, std::uint64_t height) {
-  image.width = static_cast<int>(width);
-  image.height = static_cast<int>(height);
-  image.channels = 1;
-  image.pixels.resize(image.size());
 }
 
 /// Blanks and comments between the words of a PGM's header; at least one of them must be there.

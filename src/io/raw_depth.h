@@ -21,6 +21,15 @@ std::optional<DepthFileFormat> depth_format_of(std::string_view head);
 Status check_size(std::uint64_t width, std::uint64_t height, std::uint64_t needed_bytes, std::size_t file_bytes,
                   const ReadLimits& limits, const std::string& name);
 
+/// Gives an image of one channel its size; what its pixels were is left.
+template <class T>
+void resize(Image<T>& image, std::uint64_t width, std::uint64_t height) {
+  image.width = static_cast<int>(width);
+  image.height = static_cast<int>(height);
+  image.channels = 1;
+  image.pixels.resize(image.size());
+}
+
 /// Decode into `image`, whose memory is used again; after an error it is not to be used. Errors name `name`. May throw
 /// std::bad_alloc.
 Status decode_depth_pgm(std::span<const std::byte> bytes, const std::string& name, const ReadLimits& limits, RawDepth& image);

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "fransac/core/camera.hpp"
-#include "fransac/io/file.hpp"
 #include "io/guard.h"
 #include "io/json.h"
+#include "io/read_text.h"
 #include "io/text.h"
 
 namespace fransac::io {
@@ -113,11 +113,7 @@ Result<SensorOptions> parse_sensor_json(std::string_view text, const std::string
 }
 
 Result<SensorOptions> read_sensor_json(const std::filesystem::path& file) {
-  return guarded(file.native(), [&]() -> Result<SensorOptions> {
-    const Result<std::vector<std::byte>> bytes = read_file(file, kMaxSensorBytes);
-    if (!bytes) return bytes.error();
-    return parse_sensor_json(as_text(*bytes), file.string());
-  });
+  return guarded(file.native(), [&] { return read_text(file, kMaxSensorBytes, &parse_sensor_json); });
 }
 
 std::string sensor_to_json(const SensorOptions& sensor, std::span<const std::pair<std::string_view, double>> evidence) {

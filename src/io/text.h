@@ -2,9 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string_view>
+#include <system_error>
 
 #include "fransac/core/result.hpp"
 
@@ -20,6 +24,18 @@ inline constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 /// Between words; the end of a line written on Windows counts as one.
 inline constexpr std::string_view kBlanks = " \t\r";
+
+/// A whole word as a number; `nan` and `inf` are numbers, and what is too large or too small for double is `nan`. Nothing when
+/// the word is anything else.
+inline std::optional<double> parse_real(std::string_view word) {
+  if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);  // std::from_chars takes no plus sign.
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (end != word.data() + word.size() || word.empty()) return std::nullopt;
+  // Too large or too small for double: neither is a coordinate, and std::from_chars leaves `value` as it was.
+  if (error != std::errc{}) return error == std::errc::result_out_of_range ? std::optional(std::nan("")) : std::nullopt;
+  return value;
+}
 
 /// Calls `visit(line, number)` for the lines that hold something before a comment's '#', without the comment; `number` counts
 /// from 1. Ends at the first Status that is an error and returns it.

@@ -22,8 +22,6 @@ constexpr std::uint64_t kMaxCompression = 4096;
 // Of one allocation: a file's tags need some, however small the images that are allowed.
 constexpr std::size_t kMinAllocation = std::size_t{1} << 20;
 
-Error format_error(const std::string& name, const std::string& what) { return file_error(ErrorCode::format, name, what); }
-
 /// A file in memory, and what libtiff said of it first.
 struct Memory {
   std::span<const std::byte> bytes;
@@ -117,10 +115,7 @@ template <class T>
 Status read_rows(TIFF* tiff, const Memory& memory, const Pixels& pixels, const std::string& name, Image<T>& image) {
   if (TIFFScanlineSize64(tiff) != std::uint64_t{pixels.width} * sizeof(T))
     return format_error(name, "broken TIFF: its rows' size");
-  image.width = static_cast<int>(pixels.width);
-  image.height = static_cast<int>(pixels.height);
-  image.channels = 1;
-  image.pixels.resize(image.size());
+  resize(image, pixels.width, pixels.height);
   for (std::uint32_t v = 0; v < pixels.height; ++v) {
     if (TIFFReadScanline(tiff, image.pixels.data() + std::size_t{v} * pixels.width, v, 0) == 1) continue;
     return format_error(name, "broken TIFF: " + printable(memory.message.data()));

@@ -6,8 +6,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "fransac/io/file.hpp"
 #include "io/guard.h"
+#include "io/read_text.h"
 #include "io/text.h"
 
 namespace fransac::io {
@@ -57,11 +57,7 @@ Result<std::vector<TimedPose>> parse_trajectory(std::string_view text, const std
 }
 
 Result<std::vector<TimedPose>> read_trajectory(const std::filesystem::path& file) {
-  return guarded(file.native(), [&]() -> Result<std::vector<TimedPose>> {
-    const Result<std::vector<std::byte>> bytes = read_file(file, kMaxTrajectoryBytes);
-    if (!bytes) return bytes.error();
-    return parse_trajectory(as_text(*bytes), file.string());
-  });
+  return guarded(file.native(), [&] { return read_text(file, kMaxTrajectoryBytes, &parse_trajectory); });
 }
 
 std::optional<Eigen::Isometry3d> pose_at(std::span<const TimedPose> sorted, double time_s, double longest_gap_s) {

@@ -5,7 +5,6 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -28,14 +27,6 @@ struct Refused {
   std::string what;
 };
 
-std::optional<double> finite_number(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(number)) return std::nullopt;
-  return number;
-}
-
 /// Makes a Json of what the parser calls out.
 class JsonBuilder : public YAML::EventHandler {
  public:
@@ -47,8 +38,8 @@ class JsonBuilder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { throw Refused{mark, "an alias, which is not read"}; }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t /*anchor*/, const std::string& text) override {
     const bool is_plain = tag != "!";
-    const auto number = is_plain && !awaits_key() ? finite_number(text) : std::nullopt;
-    add(mark, number ? Json(*number) : Json(text));
+    const auto number = is_plain && !awaits_key() ? parse_real(text) : std::nullopt;
+    add(mark, number && std::isfinite(*number) ? Json(*number) : Json(text));
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                        YAML::EmitterStyle::value /*style*/) override {
