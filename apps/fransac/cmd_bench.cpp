@@ -137,7 +137,7 @@ std::string table_text(const Machine& machine, const SegmentOptions& options, co
 }
 
 void run_bench(BenchCommand& command) {
-  check_options(command.runs.options);
+  check_options(command.runs);
   const Machine machine = this_machine();
   if (machine.build_type != "Release") log(fmt::format("note: this is a {} build; only Release is fast", machine.build_type));
   std::vector<Input> inputs;

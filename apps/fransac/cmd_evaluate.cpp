@@ -108,7 +108,7 @@ std::string csv_text(const std::vector<Row>& rows, const std::vector<Row>& means
 
 void check_evaluate(const EvaluateCommand& command) {
   check_named_once(command.datasets);
-  check_options(command.runs.options);
+  check_options(command.runs);
   check_options(command.runs.obstacles.options);
   if (command.json == "-" && command.csv == "-") throw UsageError("--json and --csv both name standard output");
 }

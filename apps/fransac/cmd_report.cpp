@@ -50,7 +50,7 @@ struct Page {
 
 void check_report(ReportCommand& command) {
   check_named_once(command.datasets);
-  check_options(command.runs.options);
+  check_options(command.runs);
   check_options(command.obstacles.options);
   check_options(command.track);
   command.runs.inputs.files.writes_folder("--out", command.folder);

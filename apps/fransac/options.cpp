@@ -15,7 +15,16 @@
 namespace fransac::cli {
 namespace {
 
-constexpr const char* kGroup = "Parameters of the methods";
+/// The help's group of an option, by the methods that use it.
+const char* group_of(UsedBy users) {
+  switch (users) {
+    case UsedBy::cells: return "Of the method cells";
+    case UsedBy::ransac: return "Of the methods fransac, voxel-ransac, rransac and ransac";
+    case UsedBy::voxel_grid: return "Of the methods fransac and voxel-ransac";
+    case UsedBy::all: break;
+  }
+  return "Of all methods";
+}
 constexpr const char* kTrackGroup = "Tracking";
 constexpr const char* kObstacles = "--obstacles";
 constexpr std::string_view kPlanes = "planes";  // the one option with a word, 'all', for a number: 0
@@ -203,7 +212,7 @@ void add_planes(Command& command, OptionInfo info, std::optional<int>& value) {
     }
   };
   info.unit = "";
-  Option& option = command.add(described(info, kGroup, expected, value_text(value)));
+  Option& option = command.add(described(info, group_of(info.used_by), expected, value_text(value)));
   option.value = "N|all";
   option.words = {"all"};
   option.take = take;
@@ -212,7 +221,7 @@ void add_planes(Command& command, OptionInfo info, std::optional<int>& value) {
 /// "--sensor NAME|FILE": a kind, or all that a sensor.json says.
 void add_sensor(Command& command, const OptionInfo& info, SensorOptions& sensor, RunFiles& files) {
   const std::string expected = expected_text(info, sensor.kind) + ", or a sensor.json of fransac calibrate";
-  Option& option = command.add(described(info, kGroup, expected, value_text(sensor.kind)));
+  Option& option = command.add(described(info, group_of(info.used_by), expected, value_text(sensor.kind)));
   option.value = "NAME|FILE";
   option.words = enum_words<SensorKind>();
   option.take = [&sensor, &files, expected](const std::string& text) {
@@ -252,7 +261,7 @@ void add_sensor_parameters(Command& command, SensorOptions& sensor) {
   Option option{.name = fmt::format("--{}", kSensorParam),
                 .value = "NAME=VALUE",
                 .notes = "default: by the kind of sensor",
-                .group = kGroup,
+                .group = group_of(UsedBy::cells),
                 .repeated = true};
   std::string names;
   for_each_parameter(sensor, [&](const SensorParameter& parameter, const auto& /*value*/) {
@@ -394,7 +403,7 @@ void add_segment_options(Command& command, SegmentOptions& options, RunFiles& fi
     if (info.parameter_of == kSensorParam) return;
     if (info.name == kSensor) return add_sensor(command, info, options.sensor, files);
     if (info.name == kMethod && several_methods != nullptr) return add_methods(command, info, *several_methods);
-    AddOption{command, kGroup}(info, value);
+    AddOption{command, group_of(info.used_by)}(info, value);
   });
   add_sensor_parameters(command, options.sensor);
 }
@@ -438,7 +447,7 @@ void add_track_options(Command& command, TrackOptions& options) {
 }
 
 SegmentOptions Runs::options_of(Method method) const {
-  SegmentOptions chosen = options;
+  SegmentOptions chosen = method == Method::automatic ? options : used_by(options, method);
   chosen.method = method;
   return chosen;
 }
@@ -449,6 +458,16 @@ void add_runs(Command& command, Runs& runs, int max_repeat, const std::string& r
   add_segment_options(command, runs.options, runs.inputs.files, &runs.methods);
 }
 
+void check_options(const Runs& runs) {
+  check_valid(runs.options);
+  static const SegmentOptions kDefaults;
+  const auto check = [&](const OptionInfo& info, const auto& value, const auto& by_default) {
+    const auto uses_it = [&](Method method) { return method == Method::automatic || uses(method, info.used_by); };
+    if (value == by_default || std::any_of(runs.methods.begin(), runs.methods.end(), uses_it)) return;
+    throw UsageError(fmt::format("--{}: means nothing to any method of --method", info.name));
+  };
+  for_each_option_of(check, runs.options, kDefaults);
+}
 void check_options(const SegmentOptions& options) { check_valid(options); }
 void check_options(const ObstacleOptions& options) { check_valid(options); }
 void check_options(const TrackOptions& options) { check_valid(options); }

@@ -73,7 +73,7 @@ struct Runs {
   std::vector<Method> methods;
   int repeat;
   InputOptions inputs;
-  SegmentOptions options;  ///< Of all methods; its own method means nothing.
+  SegmentOptions options;  ///< Of all methods that know them; its own method means nothing.
   ObstacleRequest obstacles;
   HooverRequest hoover;
 
@@ -85,6 +85,8 @@ void add_runs(Command& command, Runs& runs, int max_repeat, const std::string& r
 
 /// Checks what single flags cannot, for example that limits are in order. Throws UsageError.
 void check_options(const SegmentOptions& options);
+/// Options that mean nothing to some of the methods are theirs by default; to none of them: an error.
+void check_options(const Runs& runs);
 void check_options(const ObstacleOptions& options);
 void check_options(const TrackOptions& options);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PCD and PLY in memory. `name` stands for the file in messages. The functions may throw std::bad_alloc and what PCL
-// throws, except decode_cloud, which is the boundary.
+// PCD and PLY in memory. `name` stands for the file in messages. The functions may throw std::bad_alloc, except
+// decode_cloud, which is the boundary.
 #pragma once
 
 #include <cstddef>

@@ -8,10 +8,10 @@
 #include <string>
 #include <string_view>
 
-#include "cloud_io/assemble.h"
-#include "cloud_io/formats.h"
-#include "cloud_io/text.h"
 #include "fransac/io/file.hpp"
+#include "io/cloud_assemble.h"
+#include "io/cloud_formats.h"
+#include "io/cloud_text.h"
 #include "io/detect.h"
 #include "io/guard.h"
 #include "io/text.h"

@@ -1,28 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// PCD. Our header check comes first, so that no size which PCL works with is unchecked; then PCL 1.13 decodes binary and
-// binary_compressed bodies from memory. Its ascii decoder is not used: it reads a word that is no number as 0 and a line
-// with too few numbers as a point at the origin, in silence or with a line on the console.
-#include <pcl/PCLPointCloud2.h>
-#include <pcl/console/print.h>
-#include <pcl/io/pcd_io.h>
-
+// PCD, PCL's format, versions .4 to .7. Every size in the header is checked before anything is read by it.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
-#include <mutex>
-#include <new>
 #include <optional>
 #include <set>
-#include <sstream>
+#include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "cloud_io/assemble.h"
-#include "cloud_io/formats.h"
-#include "cloud_io/text.h"
+#include "io/cloud_assemble.h"
+#include "io/cloud_formats.h"
+#include "io/cloud_text.h"
 #include "io/guard.h"
+#include "io/lzf.h"
 
 namespace fransac::io::cloud_formats {
 namespace {
@@ -31,12 +26,11 @@ constexpr std::array<std::string_view, 11> kKeywords = {"VERSION", "FIELDS", "CO
                                                         "WIDTH",   "HEIGHT", "VIEWPOINT", "POINTS", "DATA"};
 constexpr std::array<std::string_view, 8> kVersions = {"0.5", ".5", "0.6", ".6", "0.7", ".7", "0.4", ".4"};
 constexpr std::string_view kPadding = "_";  // The name of bytes that carry nothing.
+constexpr std::string_view kColour = "rgb";
 constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
-/// LZF: three bytes (a long back reference) stand for at most 7 + 255 + 2 = 264 bytes.
-constexpr std::uint64_t kLzfLargestExpansion = 264 / 3;
 /// What stands before a compressed body: its size and the size it expands to, 32 bits each.
 constexpr std::uint64_t kCompressedPrefix = 8;
-/// PCL holds a point's size in an int.
+/// Readers hold a point's size in an int.
 constexpr std::uint64_t kLargestPoint = 0x7fffffff;
 
 struct Field {
@@ -272,7 +266,7 @@ std::uint32_t read_u32(std::string_view bytes, std::size_t offset) {
   return value;
 }
 
-/// Everything that PCL's decoders take on trust.
+/// All that decoding relies on.
 Status check_binary_body(const Header& header, const ReadLimits& limits, const std::string& name) {
   const std::uint64_t expanded = header.points() * header.point_bytes;
   const std::size_t there = header.body.size();
@@ -299,59 +293,10 @@ Status check_binary_body(const Header& header, const ReadLimits& limits, const s
                                   std::to_string(limits.max_decoded_bytes()) + " (--max-size)");
   }
   for (const Field& field : header.fields) {
-    // PCL's writer leaves padding out and its reader then misplaces every point.
+    // PCL's writer leaves padding out, others do not.
     if (field.name == kPadding) return format_error(name, "binary_compressed data with a padding field '_'");
   }
   return {};
-}
-
-std::uint8_t pcl_type(const Field& field) {
-  using Type = pcl::PCLPointField;
-  if (field.type == 'F') return field.size == 4 ? Type::FLOAT32 : Type::FLOAT64;
-  const bool is_signed = field.type == 'I';
-  switch (field.size) {
-    case 1: return is_signed ? Type::INT8 : Type::UINT8;
-    case 2: return is_signed ? Type::INT16 : Type::UINT16;
-    case 4: return is_signed ? Type::INT32 : Type::UINT32;
-    default: return is_signed ? Type::INT64 : Type::UINT64;
-  }
-}
-
-/// PCL prints what it finds wrong, on a level that the whole process shares.
-class QuietPcl {
- public:
-  QuietPcl() : lock_(mutex()), level_(pcl::console::getVerbosityLevel()) {
-    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  }
-  ~QuietPcl() { pcl::console::setVerbosityLevel(level_); }
-  QuietPcl(const QuietPcl&) = delete;
-  QuietPcl& operator=(const QuietPcl&) = delete;
-
- private:
-  static std::mutex& mutex() {
-    static std::mutex instance;
-    return instance;
-  }
-  std::lock_guard<std::mutex> lock_;
-  pcl::console::VERBOSITY_LEVEL level_;
-};
-
-pcl::PCLPointCloud2 empty_blob(const Header& header) {
-  pcl::PCLPointCloud2 blob;
-  blob.width = static_cast<pcl::uindex_t>(header.width);
-  blob.height = static_cast<pcl::uindex_t>(header.height);
-  blob.point_step = static_cast<pcl::uindex_t>(header.point_bytes);
-  blob.row_step = static_cast<pcl::uindex_t>(header.point_bytes * header.width);
-  blob.data.resize(header.points() * header.point_bytes);
-  for (const Field& field : header.fields) {
-    pcl::PCLPointField pcl_field;
-    pcl_field.name = std::string(field.name);
-    pcl_field.offset = static_cast<pcl::uindex_t>(field.offset);
-    pcl_field.datatype = pcl_type(field);
-    pcl_field.count = static_cast<pcl::uindex_t>(field.count);
-    blob.fields.push_back(pcl_field);
-  }
-  return blob;
 }
 
 template <class T>
@@ -373,32 +318,36 @@ double (*loader_of(const Field& field))(const std::uint8_t*) {
   }
 }
 
+/// Where an axis' values stand in a body, and how they are read.
+struct AxisPlace {
+  const std::uint8_t* first = nullptr;
+  std::size_t step = 0;  ///< Bytes from point to point.
+  double (*load)(const std::uint8_t*) = nullptr;
+
+  [[nodiscard]] double operator()(std::size_t point) const { return load(first + point * step); }
+};
+
+/// Binary bodies hold point after point; compressed ones field after field.
 Result<PointCloud> decode_binary(const Header& header, const ReadLimits& limits, const std::string& name) {
   if (const auto status = check_binary_body(header, limits, name); !status) return status.error();
-  pcl::PCLPointCloud2 blob = empty_blob(header);
-  {
-    const QuietPcl quiet;
-    const auto* body = reinterpret_cast<const unsigned char*>(header.body.data());
-    const bool compressed = header.encoding == CloudEncoding::binary_compressed;
-    if (pcl::PCDReader().readBodyBinary(body, blob, pcl::PCDReader::PCD_V7, compressed, 0) < 0) {
-      return format_error(name, compressed ? "the compressed data is damaged" : "PCL cannot decode the data");
+  const bool compressed = header.encoding == CloudEncoding::binary_compressed;
+  std::span body(reinterpret_cast<const std::uint8_t*>(header.body.data()), header.body.size());
+  std::vector<std::uint8_t> plain;
+  if (compressed) {
+    plain.resize(header.points() * header.point_bytes);
+    if (!expand_lzf(body.subspan(kCompressedPrefix, read_u32(header.body, 0)), plain)) {
+      return format_error(name, "the compressed data is damaged");
     }
+    body = plain;
   }
-  struct Axis {
-    std::size_t offset;
-    double (*load)(const std::uint8_t*);
-  };
-  std::array<Axis, 3> axes{};
+  std::array<AxisPlace, 3> axes{};
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     const Field& field = header.fields[header.axes[axis]];
-    axes[axis] = {field.offset, loader_of(field)};
+    axes[axis] = compressed ? AxisPlace{body.data() + field.offset * header.points(), field.size, loader_of(field)}
+                            : AxisPlace{body.data() + field.offset, header.point_bytes, loader_of(field)};
   }
-  const auto value = [](const std::uint8_t* point, Axis axis) { return axis.load(point + axis.offset); };
-  const auto coordinate = [&](std::size_t i) {
-    const std::uint8_t* point = blob.data.data() + i * header.point_bytes;
-    return Eigen::Vector3d(value(point, axes[0]), value(point, axes[1]), value(point, axes[2]));
-  };
-  return assemble(header.width, header.height, coordinate);
+  return assemble(header.width, header.height,
+                  [&](std::size_t i) { return Eigen::Vector3d(axes[0](i), axes[1](i), axes[2](i)); });
 }
 
 /// One line: `columns` values, of which x, y and z are read. Returns what is wrong, or nothing.
@@ -444,9 +393,8 @@ Result<PointCloud> decode_ascii(const Header& header, const ReadLimits& limits, 
 // ---- writing ----
 
 template <class T>
-void store(std::vector<std::uint8_t>& bytes, std::size_t& offset, T value) {
-  std::memcpy(bytes.data() + offset, &value, sizeof value);
-  offset += sizeof value;
+void append(std::string& bytes, T value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
 /// 0x00RRGGBB, what PCL and CloudCompare read from a field named rgb.
@@ -462,7 +410,7 @@ Header header_to_write(const LabelledCloud& labelled) {
   const std::uint64_t real = needs_double(cloud) ? sizeof(double) : sizeof(float);
   for (const std::string_view axis : kAxes) header.fields.push_back({.name = axis, .size = real});
   if (!labelled.labels.empty()) {
-    header.fields.push_back({.name = "rgb"});  // PCL's way: the integer's bits in a float.
+    header.fields.push_back({.name = kColour});
     header.fields.push_back({.name = "label", .type = 'U'});
   }
   if (!labelled.obstacles.empty()) header.fields.push_back({.name = "obstacle", .type = 'U'});
@@ -475,34 +423,84 @@ Header header_to_write(const LabelledCloud& labelled) {
   return header;
 }
 
-void fill(pcl::PCLPointCloud2& blob, const LabelledCloud& labelled) {
-  const auto& [cloud, labels, obstacles] = labelled;
-  std::size_t offset = 0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3d point = point_to_write(cloud, i);
-    for (const double value : {point.x(), point.y(), point.z()}) {
-      needs_double(cloud) ? store(blob.data, offset, value) : store(blob.data, offset, static_cast<float>(value));
-    }
-    if (!labels.empty()) {
-      store(blob.data, offset, packed_colour(labels[i]));
-      store(blob.data, offset, std::uint32_t{labels[i]});
-    }
-    if (!obstacles.empty()) store(blob.data, offset, std::uint32_t{obstacles[i]});
+/// The lines before the body, as version .7 has them.
+std::string header_text(const Header& header) {
+  constexpr std::array<std::string_view, 3> kEncodings = {"ascii", "binary", "binary_compressed"};
+  std::string names, sizes, types, counts;
+  for (const Field& field : header.fields) {
+    names += " " + std::string(field.name);
+    sizes += " " + std::to_string(field.size);
+    // In text a colour is the integer itself, as PCL has it; else its bits are a float's.
+    types += std::string(" ") + (field.name == kColour && header.encoding == CloudEncoding::ascii ? 'U' : field.type);
+    counts += " " + std::to_string(field.count);
   }
+  std::string viewpoint;
+  const Eigen::Vector3d position = header.sensor_position.value_or(Eigen::Vector3d::Zero());
+  for (const double value : {position.x(), position.y(), position.z()}) {
+    append_real(viewpoint, value);
+    viewpoint += ' ';
+  }
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS" + names + "\nSIZE" + sizes + "\nTYPE" + types +
+         "\nCOUNT" + counts + "\nWIDTH " + std::to_string(header.width) + "\nHEIGHT " + std::to_string(header.height) +
+         "\nVIEWPOINT " + viewpoint + "1 0 0 0\nPOINTS " + std::to_string(header.points()) + "\nDATA " +
+         std::string(kEncodings[static_cast<std::size_t>(header.encoding)]) + "\n";
 }
 
-/// PCL's ascii writer prints all numbers with one precision and to named files only; the shortest exact text is ours.
-std::string ascii_body(const LabelledCloud& labelled) {
+/// Calls visit(value) for the i-th point's fields, each in the type that it is written in.
+template <class Visit>
+void visit_fields(const LabelledCloud& labelled, std::size_t i, Visit&& visit) {
   const auto& [cloud, labels, obstacles] = labelled;
+  const Eigen::Vector3d point = point_to_write(cloud, i);
+  for (const double value : {point.x(), point.y(), point.z()}) {
+    needs_double(cloud) ? visit(value) : visit(static_cast<float>(value));
+  }
+  if (!labels.empty()) {
+    visit(packed_colour(labels[i]));
+    visit(std::uint32_t{labels[i]});
+  }
+  if (!obstacles.empty()) visit(std::uint32_t{obstacles[i]});
+}
+
+/// Point after point.
+std::string binary_body(const LabelledCloud& labelled) {
+  std::string bytes;
+  for (std::size_t i = 0; i < labelled.cloud.size(); ++i) {
+    visit_fields(labelled, i, [&](auto value) { append(bytes, value); });
+  }
+  return bytes;
+}
+
+/// Field after field, compressed. Nothing where a size does not fit into its 32 bits.
+std::optional<std::string> compressed_body(const LabelledCloud& labelled, std::size_t fields) {
+  std::vector<std::string> columns(fields);
+  for (std::size_t i = 0; i < labelled.cloud.size(); ++i) {
+    std::size_t field = 0;
+    visit_fields(labelled, i, [&](auto value) { append(columns[field++], value); });
+  }
+  std::string plain;
+  for (const std::string& column : columns) plain += column;
+  const std::string compressed = compress_lzf({reinterpret_cast<const std::uint8_t*>(plain.data()), plain.size()});
+  constexpr std::size_t kLargest = std::numeric_limits<std::uint32_t>::max();
+  if (std::max(plain.size(), compressed.size()) > kLargest) return std::nullopt;
+  std::string body;
+  append(body, static_cast<std::uint32_t>(compressed.size()));
+  append(body, static_cast<std::uint32_t>(plain.size()));
+  return body + compressed;
+}
+
+/// Each number by the shortest text that is exact.
+std::string ascii_body(const LabelledCloud& labelled) {
   std::string text;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3d point = point_to_write(cloud, i);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (axis > 0) text += ' ';
-      needs_double(cloud) ? append_real(text, point[axis]) : append_real(text, static_cast<float>(point[axis]));
+  const auto add = [&text](auto value) {
+    if (!text.empty() && text.back() != '\n') text += ' ';
+    if constexpr (std::is_floating_point_v<decltype(value)>) {
+      append_real(text, value);
+    } else {
+      text += std::to_string(value);
     }
-    if (!labels.empty()) text += ' ' + std::to_string(packed_colour(labels[i])) + ' ' + std::to_string(labels[i]);
-    if (!obstacles.empty()) text += ' ' + std::to_string(obstacles[i]);
+  };
+  for (std::size_t i = 0; i < labelled.cloud.size(); ++i) {
+    visit_fields(labelled, i, add);
     text += '\n';
   }
   return text;
@@ -521,27 +519,16 @@ Result<PointCloud> decode_pcd(std::span<const std::byte> bytes, const std::strin
 }
 
 Result<std::string> encode_pcd(const LabelledCloud& labelled, CloudEncoding encoding, const std::string& name) {
-  const QuietPcl quiet;
-  pcl::PCDWriter writer;
-  Eigen::Vector4f viewpoint = Eigen::Vector4f::Zero();
-  if (labelled.cloud.sensor_position) viewpoint.head<3>() = labelled.cloud.sensor_position->cast<float>();
-  const Eigen::Quaternionf no_rotation = Eigen::Quaternionf::Identity();
-  pcl::PCLPointCloud2 blob = empty_blob(header_to_write(labelled));
-  if (encoding == CloudEncoding::ascii) {
-    return writer.generateHeaderASCII(blob, viewpoint, no_rotation) + "DATA ascii\n" + ascii_body(labelled);
-  }
-  fill(blob, labelled);
-  if (encoding == CloudEncoding::binary) {
-    std::string text = writer.generateHeaderBinary(blob, viewpoint, no_rotation) + "DATA binary\n";
-    return text.append(reinterpret_cast<const char*>(blob.data.data()), blob.data.size());
-  }
-  std::ostringstream stream;
-  const int written = writer.writeBinaryCompressed(stream, blob, viewpoint, no_rotation);
-  if (!stream) throw std::bad_alloc();  // a stream into memory has no other fault
-  if (written < 0) {
+  Header header = header_to_write(labelled);
+  header.sensor_position = labelled.cloud.sensor_position;
+  header.encoding = encoding;
+  if (encoding == CloudEncoding::ascii) return header_text(header) + ascii_body(labelled);
+  if (encoding == CloudEncoding::binary) return header_text(header) + binary_body(labelled);
+  const std::optional<std::string> body = compressed_body(labelled, header.fields.size());
+  if (!body) {
     return file_error(ErrorCode::unsupported, name, "the cloud is too large for binary_compressed; binary has no such limit");
   }
-  return std::move(stream).str();
+  return header_text(header) + *body;
 }
 
 }  // namespace fransac::io::cloud_formats

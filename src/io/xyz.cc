@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "cloud_io/assemble.h"
-#include "cloud_io/formats.h"
-#include "cloud_io/text.h"
+#include "io/cloud_assemble.h"
+#include "io/cloud_formats.h"
+#include "io/cloud_text.h"
 
 namespace fransac::io::cloud_formats {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cloud_io/text.h"
+#include "io/cloud_text.h"
 
 #include <algorithm>
 #include <array>
