@@ -411,6 +411,43 @@ TEST(Tracker, RefusesWhatItCannotFollow) {
   Isometry3d T = Isometry3d::Identity();
   T.translation().x() = kNan;
   EXPECT_EQ(code_of(good, T), ErrorCode::invalid_argument);
+  T = Isometry3d::Identity();
+  T.linear() *= 2.0;
+  EXPECT_EQ(code_of(good, T), ErrorCode::invalid_argument);
+  bad = good;
+  bad.planes[0].plane.normal *= 2.0;
+  EXPECT_EQ(code_of(bad), ErrorCode::invalid_argument);
+  bad = good;
+  bad.planes[0].area_m2 = -1.0;
+  EXPECT_EQ(code_of(bad), ErrorCode::invalid_argument);
+}
+
+TEST(Tracker, RefusesObstaclesThatItCannotFollow) {
+  const Segmentation good = seen_from(walk(0), {kFloor});
+  Obstacles obstacles;
+  obstacles.obstacles.resize(1);
+  TrackedFrame frame;
+  EXPECT_EQ(Tracker().update(good, &obstacles, std::nullopt, frame).error().code, ErrorCode::invalid_argument);  // id 0
+  obstacles.obstacles[0].id = 1;
+  EXPECT_TRUE(Tracker().update(good, &obstacles, std::nullopt, frame).ok());
+  obstacles.obstacles[0].box.size.y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(Tracker().update(good, &obstacles, std::nullopt, frame).error().code, ErrorCode::invalid_argument);
+}
+
+TEST(Tracker, StartsAnewAfterNumbersThatAreTooLarge) {
+  const Segmentation good = seen_from(walk(0), {kFloor});
+  Tracker tracker;
+  TrackedFrame frame;
+  ASSERT_TRUE(tracker.update(good, nullptr, std::nullopt, frame).ok());
+  const int id = frame.planes.at(0).id;
+  Segmentation huge = good;
+  huge.planes[0].covariance *= 1e300 / huge.planes[0].covariance.cwiseAbs().maxCoeff();
+  huge.planes[0].plane.d = 1e200;
+  EXPECT_EQ(tracker.update(huge, nullptr, std::nullopt, frame).error().code, ErrorCode::invalid_argument);
+  EXPECT_TRUE(frame.planes.empty());
+  ASSERT_TRUE(tracker.update(good, nullptr, std::nullopt, frame).ok());
+  EXPECT_GT(frame.planes.at(0).id, id);
+  EXPECT_TRUE(frame.T_world_camera.matrix().isIdentity());
 }
 
 // ---- Rendered walks.
