@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -518,60 +517,61 @@ void run_segment(SegmentCommand& command) {
   if (run.failed > 0) throw Failure(fmt::format("{}: {} of {} frames failed", input.name, run.failed, input.size()));
 }
 
-void add_unit(CLI::App& app, std::optional<double>& metres_per_unit) {
+void add_unit(Command& command, std::optional<double>& metres_per_unit) {
   std::vector<std::string> names;
   for (const auto& [name, metres] : kUnits) names.emplace_back(name);
-  const auto read = [&metres_per_unit, names](const std::string& text) {
-    const auto* const unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const auto& known) { return known.first == text; });
-    if (unit == kUnits.end())
-      throw CLI::ValidationError("--unit", fmt::format("expected one of {}, not '{}'", joined(names, ", "), text));
-    metres_per_unit = unit->second;
-  };
-  CLI::Option* const option = app.add_option_function<std::string>(
-      "--unit", read, fmt::format("unit of a point cloud's coordinates [one of {}; default: m]", joined(names, ", ")));
-  offer_words(option->type_name("NAME"), names);
+  add_choice(command, "--unit", names, names.front(), "unit of a point cloud's coordinates",
+             [&metres_per_unit](std::size_t unit) { metres_per_unit = kUnits[unit].second; });
 }
 
 }  // namespace
 
-Command add_segment(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("segment", "find planes in a depth frame, a folder of frames or a point cloud");
-  auto command = std::make_shared<SegmentCommand>();
-  app->add_option("INPUT", command->input,
-                  "a depth image (PNG, TIFF, PGM or NPY, with its camera beside it), a frame folder, a folder of frames, a TUM "
-                  "RGB-D sequence, a "
-                  "PCD, PLY or XYZ file")
-      ->required();
-  add_input_options(*app, command->inputs);
-  add_unit(*app, command->metres_per_unit);
-  add_output(*app, "--labels", command->labels.path, "label image: 8-bit PNG, 0 no depth, 1, 2, ... planes, 255 on no plane",
-             "FILE");
-  add_output(*app, "--json", command->json.path, "planes, obstacles, evidence and timing; '-' is standard output", "FILE|-");
-  app->add_flag(
-      "--outlines", command->outlines,
-      "the planes', drops' and free space's outlines in --json: polygons with holes, in pixels and on the plane in metres "
-      "(depth images)");
-  add_output(*app, "--overlay", command->overlay.path, "picture of the planes, or of the obstacles: PNG", "FILE");
-  add_output(*app, "--cloud", command->cloud.path,
-             "coloured points with labels, and with --obstacles their numbers: .pcd or .ply", "FILE");
-  add_segment_options(*app, command->options, command->inputs.files);
-  add_obstacle_options(*app, command->obstacles,
+Command segment_command() {
+  auto request = std::make_shared<SegmentCommand>();
+  Command command{.name = "segment", .help = "find planes in a depth frame, a folder of frames or a point cloud"};
+  add_input(command, "INPUT", request->input,
+            "a depth image (PNG, TIFF, PGM or NPY, with its camera beside it), a frame folder, a folder of frames, a TUM "
+            "RGB-D sequence, a PCD, PLY or XYZ file");
+  add_input_options(command, request->inputs);
+  add_unit(command, request->metres_per_unit);
+  add_output(command, "--labels", request->labels.path, "FILE",
+             "label image: 8-bit PNG, 0 no depth, 1, 2, ... planes, 255 on no plane");
+  add_output(command, "--json", request->json.path, "FILE|-", "planes, obstacles, evidence and timing; '-' is standard output");
+  add_flag(command, "--outlines", request->outlines,
+           "the planes', drops' and free space's outlines in --json: polygons with holes, in pixels and on the plane in metres "
+           "(depth images)");
+  add_output(command, "--overlay", request->overlay.path, "FILE", "picture of the planes, or of the obstacles: PNG");
+  add_output(command, "--cloud", request->cloud.path, "FILE",
+             "coloured points with labels, and with --obstacles their numbers: .pcd or .ply");
+  add_segment_options(command, request->options, request->inputs.files);
+  add_obstacle_options(command, request->obstacles,
                        "find what stands on or hangs above a plane, in depth images also what falls away from it");
-  add_output(*app, "--obstacle-labels", command->obstacle_labels.path,
+  add_output(command, "--obstacle-labels", request->obstacle_labels.path, "FILE",
              "which obstacle each pixel is on: 16-bit PNG, 0 none, else the number in table and --json (clouds without rows "
-             "and columns: the field obstacle of --cloud)",
-             "FILE");
-  app->get_option("--obstacle-labels")->group(kObstacleGroup);
-  add_grid_options(*app, command->grid, kObstacleGroup);
-  app->footer(
+             "and columns: the field obstacle of --cloud)")
+      .group = kObstacleGroup;
+  add_grid_options(command, request->grid);
+  need_obstacles(command);
+  command.examples = {{"--camera", "depth.png --camera camera.json"},
+                      {"--overlay", "desk --overlay planes.png"},
+                      {"--json", "desk --json -"},
+                      {"--labels", "desk --labels labels.png"},
+                      {"--cloud", "desk --cloud planes.ply"},
+                      {"--obstacles", "desk --obstacles"},
+                      {"--up", "desk --up 0,-1,0"},
+                      {"--method", "desk --method fransac"},
+                      {"--planes", "scan.pcd --planes all"},
+                      {"--threshold", "scan.pcd --threshold 0.02"}};
+  command.footer =
       "Without any output file a table of the planes, and of the obstacles, is printed.\n"
       "For a folder of frames or a sequence, the outputs name folders (made when missing): one file per frame, named after it "
       "(clouds: .ply);\n"
       "--json - then prints one document per line. A frame that fails is named on standard error, the others are done, and the "
       "exit code is 1\n"
       "at the end. A frame without a plane of the minimum support is no error: its list of "
-      "planes is empty.");
-  return {app, [command] { run_segment(*command); }};
+      "planes is empty.";
+  command.run = [request] { run_segment(*request); };
+  return command;
 }
 
 }  // namespace fransac::cli

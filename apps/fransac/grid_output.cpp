@@ -5,19 +5,27 @@
 
 #include "errors.hpp"
 #include "fransac/io/ros_map.hpp"
+#include "numbers.hpp"
 #include "options.hpp"
 
 namespace fransac::cli {
 
-void add_grid_options(CLI::App& app, GridRequest& request, const std::string& group) {
-  CLI::Option* const grid =
-      app.add_option("--grid", request.options.resolution_m,
-                     "make a map of free and occupied squares of this side, within 10 m of the camera's foot (depth images)")
-          ->type_name("M")
-          ->group(group);
-  add_output(app, "--grid-out", request.base, "where to: BASE.pgm and BASE.yaml, as ROS's map_server reads them", "BASE");
-  CLI::Option* const out = app.get_option("--grid-out")->group(group)->needs(grid)->needs(app.get_option("--obstacles"));
-  grid->needs(out);
+void add_grid_options(Command& command, GridRequest& request) {
+  const auto take = [&request](const std::string& text) {
+    const auto number = parse_number<double>(text);
+    if (!number) reject("a number", text);
+    request.options.resolution_m = *number;
+  };
+  command.add({.name = "--grid",
+               .value = "M",
+               .help = "make a map of free and occupied squares of this side, within 10 m of the camera's foot (depth images)",
+               .needs = {"--grid-out"},
+               .group = kObstacleGroup,
+               .take = take});
+  Option& out =
+      add_output(command, "--grid-out", request.base, "BASE", "where to: BASE.pgm and BASE.yaml, as ROS's map_server reads them");
+  out.needs = {"--grid", "--obstacles"};
+  out.group = kObstacleGroup;
 }
 
 void check_options(const GridRequest& request) {

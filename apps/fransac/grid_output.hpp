@@ -2,10 +2,10 @@
 /// Occupancy grids as maps for ROS: "--grid RES --grid-out BASE".
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 
+#include "command.hpp"
 #include "fransac/io/dataset.hpp"
 #include "fransac/obstacles/occupancy.hpp"
 #include "output.hpp"
@@ -21,7 +21,7 @@ struct GridRequest {
 };
 
 /// Adds both options, which need each other.
-void add_grid_options(CLI::App& app, GridRequest& request, const std::string& group);
+void add_grid_options(Command& command, GridRequest& request);
 
 /// Throws UsageError when the grid cannot be made.
 void check_options(const GridRequest& request);
