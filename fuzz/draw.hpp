@@ -109,6 +109,10 @@ inline SegmentOptions draw_segment_options(Bytes& bytes) {
     field.width = field.height = bytes.ConsumeIntegralInRange(-1, 64);
     for (double& term : field.offset_per_m) term = draw_seldom(bytes) ? draw_any(bytes) : draw_number(bytes, -1.0, 1.0);
   }
+  if (!draw_seldom(bytes)) {                                     // options that mean nothing to the method are refused
+    const bool automatic = options.method == Method::automatic;  // cells for an image, fransac for a cloud
+    options = automatic ? used_by(used_by(options, Method::cells), Method::fransac) : used_by(options, options.method);
+  }
   constexpr int kIterations = 64;
   constexpr int kThreads = 2;
   if (options.ransac.max_iterations > kIterations) options.ransac.max_iterations = kIterations;

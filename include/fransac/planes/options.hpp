@@ -225,6 +225,8 @@ void for_each_option_of(Visitor&& visit, Options&... o) {
   of_ransac(OptionInfo{"scoring", "", "compare hypotheses by inlier count or truncated squared distance"}, o.ransac.scoring...);
   of_ransac(OptionInfo{"local-optimisation", "", "refit promising hypotheses to their inliers"}, o.ransac.local_optimisation...);
   of_ransac(OptionInfo{"refine", "", "least-squares fit of the final plane to its inliers"}, o.ransac.refine...);
+  of_ransac(OptionInfo{"labels-from", "", "label every pixel near a plane, or the pixels whose leaf is an inlier (the paper)"},
+            o.labels_from...);
 
   const auto of_voxel_grid = [&visit](OptionInfo info, auto&... values) {
     info.used_by = UsedBy::voxel_grid;
@@ -232,9 +234,6 @@ void for_each_option_of(Visitor&& visit, Options&... o) {
   };
   of_voxel_grid(OptionInfo{"leaf-size", "m", "edge of a voxel-grid leaf", 0, kInf, true, true}, o.voxel_grid.leaf_size_m...);
   of_voxel_grid(OptionInfo{"leaf-point", "", "the point that stands for a leaf"}, o.voxel_grid.leaf_point...);
-  of_voxel_grid(
-      OptionInfo{"labels-from", "", "label every pixel near a plane, or the pixels whose leaf is an inlier (the paper)"},
-      o.labels_from...);
 }
 
 /// Calls visit(info, value&) for every option.
