@@ -127,7 +127,7 @@ void for_every_way(std::span<const Method> methods, const std::vector<Input>& in
         SegmentOptions options;
         options.method = method;
         options.max_planes = max_planes;
-        options.labels_from = labels_from;
+        if (uses(method, UsedBy::ransac)) options.labels_from = labels_from;
         options.cells.residuals = method == Method::cells && max_planes == 0;
         Workspace workspace;
         Segmentation segmentation;

@@ -71,7 +71,7 @@ class Manual(Files):
     def test_groups_defaults_and_exit_codes(self):
         sections = self.sections()
         segment = sections["COMMAND segment"]
-        self.assertLess(segment.index("\nParameters of the methods:"), segment.index("--threshold"))
+        self.assertLess(segment.index("\nOf the methods fransac, voxel-ransac, rransac and ransac:"), segment.index("--threshold"))
         self.assertLess(segment.index("\nObstacles:"), segment.index("--least-height"))
         self.assertRegex(segment, r"--leaf-size.*\n.*default: 0\.02\]")
         self.assertIn("(needs --grid-out)", segment)

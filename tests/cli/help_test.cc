@@ -43,9 +43,12 @@ std::string default_text(const std::optional<T>& value) {
 
 /// The help from an option's name to the end of its default.
 std::string entry_of(const std::string& help, std::string_view name) {
-  const std::size_t begin = help.find(fmt::format("\n  --{}", name));
-  const std::size_t exact = help.find_first_of(", \n", begin + 5 + name.size());
-  EXPECT_EQ(exact, begin + 5 + name.size()) << "the option is not in the help by its name";
+  const std::string wanted = fmt::format("\n  --{}", name);
+  std::size_t begin = help.find(wanted);
+  while (begin != std::string::npos && help.find_first_of(", \n", begin + wanted.size()) != begin + wanted.size()) {
+    begin = help.find(wanted, begin + 1);  // that was a longer name
+  }
+  EXPECT_NE(begin, std::string::npos) << "the option is not in the help by its name";
   return begin == std::string::npos ? "" : help.substr(begin, help.find(']', begin) - begin + 1);
 }
 

@@ -192,7 +192,8 @@ TEST(SegmentProperty, TheCloudsMotionMovesThePlane) {
 
     SegmentOptions options;
     options.method = any_method();
-    options.voxel_grid.leaf_size_m = 0.001;  // a leaf for each point: the lattice does not turn with the cloud
+    if (uses(options.method, UsedBy::voxel_grid))
+      options.voxel_grid.leaf_size_m = 0.001;  // a leaf for each point: the lattice does not turn with the cloud
     const Segmentation a = segmented(testing::cloud_of(scene.points), options);
     const Segmentation b = segmented(testing::cloud_of(moved), options);
     RC_ASSERT((a.planes.size() == 1U && b.planes.size() == 1U));

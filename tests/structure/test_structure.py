@@ -88,7 +88,6 @@ class Checks(unittest.TestCase):
             "a program that includes a private header": {"apps/fransac/a.cpp": '#include "planes/p.hpp"\n', private: ""},
             "an adapter that includes a private header": {"adapters/pcl/include/fransac/pcl/a.hpp": '#include "planes/p.hpp"\n', private: ""},
             "the library that includes an adapter": {"src/core/c.cc": '#include "fransac/pcl/a.hpp"\n', "adapters/pcl/include/fransac/pcl/a.hpp": ""},
-            "the parts that need no cloud": {"src/io/i.cc": '#include "fransac/io/cloud_file.hpp"\n', "include/fransac/io/cloud_file.hpp": ""},
             "a header that is not there": {private: '#include "planes/missing.hpp"\n'},
             "angle brackets": {private: "#include <fransac/core/c.hpp>\n"},
             "a module without arrows": {"src/novelty/n.cc": ""},

@@ -377,7 +377,7 @@ TEST(Correct, SegmentCorrectsBeforeItLooks) {
   for (const Method method : {Method::cells, Method::ransac}) {
     SegmentOptions options;
     options.method = method;
-    options.ransac.threshold_m = 0.002;
+    if (method == Method::ransac) options.ransac.threshold_m = 0.002;
     options.sensor.distortion = distortion;
     const auto found = segment(depth, camera, options);
     ASSERT_TRUE(found) << found.error().message;
