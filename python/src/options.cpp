@@ -86,8 +86,19 @@ std::string default_text(const T& value) {
   }
 }
 
+/// The methods that an option means something to.
+constexpr std::string_view methods_text(UsedBy users) {
+  switch (users) {
+    case UsedBy::cells: return "cells: ";
+    case UsedBy::ransac: return "all methods but cells: ";
+    case UsedBy::voxel_grid: return "fransac and voxel-ransac: ";
+    case UsedBy::all: break;
+  }
+  return "";
+}
+
 std::string help_text(const OptionInfo& info) {
-  std::string help(info.help);
+  std::string help = std::string(methods_text(info.used_by)) + std::string(info.help);
   if (!info.unit.empty()) help += " [" + std::string(info.unit) + "]";
   return help;
 }
