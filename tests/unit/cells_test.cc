@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <numeric>
 #include <set>
@@ -563,55 +562,115 @@ TEST(CellsImages, RandomDepthIsNoPlane) {
   }
 }
 
+/// Squares of one cell are no planes: none has a neighbour on its plane. Of larger ones, which measure three cells and more, the
+/// far ones are one plane, which the near ones hide; these are several, because the camera sees past them.
 TEST(CellsImages, ACheckerboardOfTwoDepths) {
-  for (const int square : {1, 2, 4, 8, 16, 64}) {
+  constexpr float kNear = 1.0F;
+  constexpr float kFar = 1.5F;
+  for (const int square : {1, 2, 4, 8, 24, 32, 64}) {
     SCOPED_TRACE(square);
     FloatImage image(kinect());
     for (int v = 0; v < 480; ++v) {
-      for (int u = 0; u < 640; ++u) image.at(u, v) = (u / square + v / square) % 2 == 0 ? 1.0F : 1.5F;
+      for (int u = 0; u < 640; ++u) image.at(u, v) = (u / square + v / square) % 2 == 0 ? kNear : kFar;
     }
     const Segmentation s = cells(image.view(), image.camera);
     expect_sane(s, image.view());
-    std::map<int, std::set<float>> depths;
-    for (std::size_t i = 0; i < s.labels.size(); ++i) {
-      if (s.labels[i] != kLabelNoPlane) depths[s.labels[i]].insert(image.metres[i]);
+    if (square <= 8) {
+      EXPECT_TRUE(s.planes.empty());
+      continue;
     }
-    for (const auto& [label, seen] : depths) EXPECT_EQ(seen.size(), 1U) << "label " << label;
-    EXPECT_TRUE(square < 64 || !depths.empty());
+    ASSERT_GT(s.planes.size(), 2U);
+    EXPECT_EQ(s.planes[0].inliers, s.labels.size() / 2);
+    std::size_t on_planes = 0;
+    for (const PlaneSegment& plane : s.planes) {
+      EXPECT_NEAR(plane.plane.normal.z(), -1.0, 1e-6) << plane.id;
+      EXPECT_NEAR(plane.plane.d, static_cast<double>(plane.id == 1 ? kFar : kNear), 1e-6) << plane.id;
+      on_planes += plane.inliers;
+    }
+    EXPECT_GE(on_planes, s.labels.size() * 99 / 100);
+    for (std::size_t i = 0; i < s.labels.size(); ++i) {
+      ASSERT_TRUE(s.labels[i] == kLabelNoPlane || (s.labels[i] == 1) == (image.metres[i] == kFar)) << i;
+    }
   }
 }
 
-TEST(CellsImages, HostileNumbersEndInAnErrorOrASaneAnswer) {
+/// The segmentation where there should be one; else no planes, after a look at the error.
+Segmentation expect_answer(const FloatImage& image, const Camera& camera, ErrorCode code, const std::string& word) {
+  Result<Segmentation> s = segment(image.view(), camera, cells_options());
+  if (word.empty()) {
+    EXPECT_TRUE(s) << s.error().message;
+    if (!s) return {};
+    expect_sane(*s, image.view());
+    return *std::move(s);
+  }
+  EXPECT_FALSE(s) << word;
+  if (s) return {};
+  EXPECT_EQ(s.error().code, code);
+  EXPECT_THAT(s.error().message, ::testing::HasSubstr(word));
+  return {};
+}
+
+TEST(CellsImages, HostileDepthIsNotMeasuredOrInNoPlane) {
   constexpr float kHuge = std::numeric_limits<float>::max();
   constexpr float kTiny = std::numeric_limits<float>::denorm_min();
-  const float values[] = {kHuge, 1e30F, 1e10F, 9e4F, 1.0F, 1.001F, 2.0F, kTiny, 1e-38F, 1e-30F, 1e-10F, 0.0F, -1.0F, kNaN};
-  FloatImage mixed(testing::small_camera(96, 72));
-  FloatImage flat(mixed.camera);
-  const auto check = [](const FloatImage& image, const Camera& camera) {
-    const Result<Segmentation> s = segment(image.view(), camera, cells_options());
-    if (s) expect_sane(*s, image.view());
-  };
+  constexpr float kOfSensors = 0.01F;  // metres: nearer than any sensor sees
+  FloatImage image(testing::small_camera(96, 72));
+  const float measured[] = {9e4F, 2.0F, 1.001F, 1.0F, 1e-10F, 1e-30F, 1e-38F, kTiny};
+  for (const float z : measured) {
+    SCOPED_TRACE(z);
+    std::fill(image.metres.begin(), image.metres.end(), z);
+    const Segmentation s = expect_answer(image, image.camera, {}, "");
+    EXPECT_EQ(s.valid_points, image.metres.size());
+    if (z < kOfSensors || z > 9e3F) continue;
+    ASSERT_EQ(s.planes.size(), 1U);
+    EXPECT_NEAR(s.planes[0].plane.d, static_cast<double>(z), 1e-6);
+  }
+  const float unmeasured[] = {kHuge, 1e30F, 1e10F, 0.0F, -1.0F, kNaN};
+  for (const float z : unmeasured) {
+    SCOPED_TRACE(z);
+    std::fill(image.metres.begin(), image.metres.end(), z);
+    expect_answer(image, image.camera, ErrorCode::no_data, "there are 0 with a measurement");
+  }
   RandomStream random = testing::test_random();
   for (int run = 0; run < 10; ++run) {
-    for (float& z : mixed.metres) z = values[random.below(static_cast<std::uint64_t>(std::size(values)))];
-    check(mixed, mixed.camera);
+    std::size_t count = 0;
+    for (float& z : image.metres) {
+      const bool is_measured = random.below(2) == 0;
+      z = is_measured ? measured[random.below(std::size(measured))] : unmeasured[random.below(std::size(unmeasured))];
+      count += is_measured ? 1U : 0U;
+    }
+    const Segmentation s = expect_answer(image, image.camera, {}, "");
+    EXPECT_EQ(s.valid_points, count);
+    EXPECT_TRUE(s.planes.empty());
   }
-  for (const float z : values) {
-    SCOPED_TRACE(z);
-    std::fill(flat.metres.begin(), flat.metres.end(), z);
-    check(flat, flat.camera);
-  }
-  flat.draw(tilted(1.0, 20.0));
-  for (const double extreme : {1e-300, 1e-40, 1e-10, 1e10, 1e40, 1e300}) {
+}
+
+TEST(CellsImages, HostileCamerasAreErrors) {
+  FloatImage image(testing::small_camera(96, 72));
+  image.draw(tilted(1.0, 20.0));
+  for (const double extreme : {1e-300, 1e-40, 1e-10, 0.0, -70.0, 1e10, 1e300, std::nan("")}) {
     SCOPED_TRACE(extreme);
-    Camera camera = flat.camera;
+    Camera camera = image.camera;
     camera.fx = extreme;
-    check(flat, camera);
+    expect_answer(image, camera, ErrorCode::invalid_argument, "\"fx\"");
+    camera = image.camera;
     camera.fy = extreme;
-    check(flat, camera);
-    camera = flat.camera;
-    camera.cx = -extreme;
-    check(flat, camera);
+    expect_answer(image, camera, ErrorCode::invalid_argument, "\"fy\"");
+  }
+  for (const double extreme : {-1e10, 1e10, 1e300, std::nan("")}) {
+    SCOPED_TRACE(extreme);
+    Camera camera = image.camera;
+    camera.cx = extreme;
+    expect_answer(image, camera, ErrorCode::invalid_argument, "\"cx\"");
+    camera = image.camera;
+    camera.cy = extreme;
+    expect_answer(image, camera, ErrorCode::invalid_argument, "\"cy\"");
+  }
+  // Within what is allowed, however unlikely, an answer.
+  for (const double focal : {0.1, 1e6}) {
+    Camera camera = image.camera;
+    camera.fx = camera.fy = focal;
+    expect_answer(image, camera, {}, "");
   }
 }
 
