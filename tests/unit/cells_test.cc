@@ -399,6 +399,33 @@ TEST(CellsOptions, OnlyPlanesOfADirection) {
   for (const PlaneSegment& plane : s.planes) EXPECT_LT(std::abs(plane.plane.normal.y()), 0.01);
 }
 
+/// A strip one cell wide has no block of cells that a search could start from. A plane that is expected there needs none.
+TEST(CellsOptions, AnExpectedPlaneIsSeenInAStripOfOneCell) {
+  constexpr int kCell_px = 4;  // of exact depth
+  Scene scene(kinect());
+  scene.draw(tilted(1.5, 20.0, 10.0), {320, 0, 320 + kCell_px, 480});
+  Workspace workspace;
+  Segmentation s;
+  ASSERT_TRUE(segment(scene.image.view(), scene.image.camera, cells_options(), workspace, s));
+  EXPECT_TRUE(s.planes.empty());
+  PlaneSegment expected{.plane = scene.planes[0]};
+  expected.centroid =
+      testing::depth_on(expected.plane, scene.image.camera, 322, 240) * testing::ray(scene.image.camera, 322, 240);
+  workspace.expect({&expected, 1});
+  ASSERT_TRUE(segment(scene.image.view(), scene.image.camera, cells_options(), workspace, s));
+  ASSERT_EQ(s.planes.size(), 1U);
+  EXPECT_LE(angle_between(s.planes[0].plane, scene.planes[0]), 1e-3);
+  // Nothing is seen where the camera does not look, or looks at something else.
+  for (const double factor : {-1.0, 0.0, 1.1}) {
+    PlaneSegment elsewhere = expected;
+    elsewhere.plane.d *= factor;
+    elsewhere.centroid *= factor;
+    workspace.expect({&elsewhere, 1});
+    ASSERT_TRUE(segment(scene.image.view(), scene.image.camera, cells_options(), workspace, s));
+    EXPECT_TRUE(s.planes.empty()) << factor;
+  }
+}
+
 TEST(CellsOptions, PassThrough) {
   const Scene scene = board_and_wall();
   SegmentOptions options = cells_options();
