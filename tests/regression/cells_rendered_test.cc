@@ -67,7 +67,7 @@ std::vector<Rendering> renderings() {
       {"desk-bent", scene("desk", tof, 6), 0.01, 0.0, 0.0},
       {"stairs-holes", scene("stairs", stereo, 13), 0.0, 0.2, 0.0},
       {"boxes-bent", scene("boxes", kinect1, 8), 0.01, 0.0, 0.0},
-      {"boxes-coarse", scene("boxes", none, 9, 320), 0.0, 0.1, 0.01},
+      {"boxes-coarse", scene("boxes", none, 9, 320), 0.002, 0.1, 0.003},
       {"hall-holes", scene("hall", kinect1, 10), 0.0, 0.1, 0.0},
       {"hall-far", scene("hall", stereo, 3), 0.0, 0.0, 0.0},
       {"curved", scene("curved", tof, 11, 320), 0.0, 0.0, 0.0},
