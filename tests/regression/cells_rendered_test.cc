@@ -46,6 +46,7 @@ struct Rendering {
   double bend = 0.0;    ///< By which share depth at the corners is too long; less by the square of the distance from the middle.
   double holes = 0.0;   ///< Share of the pixels without a measurement, in blotches.
   double step_m = 0.0;  ///< Depth comes in multiples of this; 0: of the unit.
+  double fill_m = 0.0;  ///< What the rightmost fifth of the image holds throughout; 0: what was measured there.
 };
 
 void PrintTo(const Rendering& rendering, std::ostream* out) { *out << rendering.name; }
@@ -70,6 +71,7 @@ std::vector<Rendering> renderings() {
       {"boxes-coarse", scene("boxes", none, 9, 320), 0.002, 0.1, 0.003},
       {"hall-holes", scene("hall", kinect1, 10), 0.0, 0.1, 0.0},
       {"hall-far", scene("hall", stereo, 3), 0.0, 0.0, 0.0},
+      {"desk-filled", scene("desk", kinect1, 14), 0.0, 0.0, 0.0, 3.0},
       {"curved", scene("curved", tof, 11, 320), 0.0, 0.0, 0.0},
       {"corridor-large", scene("corridor", stereo, 12, 1280), 0.01, 0.1, 0.0},
   };
@@ -89,10 +91,15 @@ void wear(const Rendering& rendering, synth::SynthFrame& frame) {
   std::size_t i = 0;
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u, ++i) {
-      if (frame.depth[i] == 0) continue;
+      if (frame.depth[i] == 0 && rendering.fill_m == 0.0) continue;
       const double from_middle = std::hypot(u - camera.cx, v - camera.cy) / half_diagonal;
       const double bent_m = frame.depth[i] * unit_m * (1.0 + rendering.bend * from_middle * from_middle);
       const double raw = std::round(std::round(bent_m / step_m) * step_m / unit_m);
+      if (rendering.fill_m > 0.0 && 5 * u >= 4 * camera.width) {
+        frame.depth[i] = static_cast<std::uint16_t>(std::round(rendering.fill_m / unit_m));
+        frame.labels[i] = kLabelNoDepth;
+        continue;
+      }
       const bool hole = lost[static_cast<std::size_t>(v / kBlotch_px * columns + u / kBlotch_px)] < rendering.holes;
       frame.depth[i] = hole || raw > 65534.0 ? std::uint16_t{0} : static_cast<std::uint16_t>(raw);
       if (frame.depth[i] == 0) frame.labels[i] = kLabelNoDepth;

@@ -353,6 +353,39 @@ void expect_first_only(const Segmentation& s, const Scene& scene) {
   EXPECT_EQ(std::set<int>(s.labels.begin(), s.labels.end()), (std::set<int>{1, kLabelNoPlane}));
 }
 
+/// A wall 1 m away beside a larger one far away, with a Kinect's noise.
+Scene near_and_far(double far_m) {
+  Scene scene(kinect());
+  scene.draw(tilted(1.0, 0.0), {0, 0, 200, 480});
+  scene.draw(tilted(far_m, 0.0), {200, 0, 640, 480});
+  RandomStream random = testing::test_random();
+  for (float& z : scene.image.metres) z = 1.0F / (1.0F / z + static_cast<float>(kKinectNoise_per_m * random.normal()));
+  return scene;
+}
+
+/// So far away that depth is known worse than to 10 cm, a few pixels span metres: what is near and certain comes first.
+TEST(CellsOptions, ByAreaPlanesOfUncertainDepthComeLast) {
+  constexpr double kFar_m = 9.0;
+  const Scene scene = near_and_far(kFar_m);
+  SegmentOptions options = cells_options();
+  const Segmentation by_area = cells(scene.image.view(), scene.image.camera, options);
+  ASSERT_EQ(by_area.planes.size(), 2U);
+  EXPECT_NEAR(by_area.planes[0].plane.d, 1.0, 0.01);
+  EXPECT_GT(by_area.planes[1].area_m2, 50.0 * by_area.planes[0].area_m2);
+  options.order = PlaneOrder::support;
+  const Segmentation by_support = cells(scene.image.view(), scene.image.camera, options);
+  ASSERT_EQ(by_support.planes.size(), 2U);
+  EXPECT_NEAR(by_support.planes[0].plane.d, kFar_m, 0.1);
+}
+
+/// Depth that is not known to 20 cm says nothing of planes: a Kinect's beyond 12 m.
+TEST(Cells, NoPlaneWhereDepthIsNotKnown) {
+  const Scene scene = near_and_far(15.0);
+  const Segmentation s = cells(scene.image.view(), scene.image.camera);
+  ASSERT_EQ(s.planes.size(), 1U);
+  EXPECT_NEAR(s.planes[0].plane.d, 1.0, 0.01);
+}
+
 TEST(CellsOptions, SmallPlanesAreLeftOut) {
   Scene scene(kinect());
   scene.draw(tilted(2.0, 0.0));
