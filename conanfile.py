@@ -19,8 +19,8 @@ class FransacConan(ConanFile):
     topics = ("depth", "point-cloud", "plane-segmentation", "ransac", "robotics")
     package_type = "library"
     settings = "os", "compiler", "build_type", "arch"
-    options = {"shared": [True, False], "fPIC": [True, False], "io": [True, False], "cloud_io": [True, False]}
-    default_options = {"shared": False, "fPIC": True, "io": True, "cloud_io": False}
+    options = {"shared": [True, False], "fPIC": [True, False], "io": [True, False]}
+    default_options = {"shared": False, "fPIC": True, "io": True}
     exports_sources = "CMakeLists.txt", "LICENSE", "cmake/*", "include/*", "src/*", "adapters/*"
 
     def set_version(self):
@@ -30,8 +30,6 @@ class FransacConan(ConanFile):
     def configure(self):
         if self.options.shared:
             self.options.rm_safe("fPIC")
-        if self.options.cloud_io:
-            self.options.io.value = True
 
     def layout(self):
         cmake_layout(self)
@@ -40,14 +38,11 @@ class FransacConan(ConanFile):
         packages = ["libeigen3-dev", "libhwy-dev", "libtbb-dev"]
         if self.options.io:
             packages += ["pkgconf", "nlohmann-json3-dev", "libdeflate-dev", "libspng-dev", "libtiff-dev", "libturbojpeg0-dev", "libyaml-cpp-dev"]
-        if self.options.cloud_io:
-            packages.append("libpcl-dev")
         Apt(self).install(packages, check=True)
 
     def generate(self):
         toolchain = CMakeToolchain(self)
         toolchain.cache_variables["FRANSAC_BUILD_IO"] = bool(self.options.io)
-        toolchain.cache_variables["FRANSAC_BUILD_CLOUD_IO"] = bool(self.options.cloud_io)
         toolchain.cache_variables["FRANSAC_BUILD_APP"] = False
         toolchain.cache_variables["FRANSAC_BUILD_TESTS"] = False
         toolchain.generate()
@@ -68,5 +63,3 @@ class FransacConan(ConanFile):
         self.cpp_info.libs = ["fransac"]
         if self.options.io:
             self.cpp_info.libs.insert(0, "fransac_io")
-        if self.options.cloud_io:
-            self.cpp_info.libs.insert(0, "fransac_cloud_io")

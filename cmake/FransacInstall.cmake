@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Headers and what finds them: the CMake package, find_package(fransac CONFIG [COMPONENTS io cloud_io pcl]), and files for pkg-config.
+# Headers and what finds them: the CMake package, find_package(fransac CONFIG [COMPONENTS io pcl]), and files for pkg-config.
 # What goes into which Debian package is said by install components; FransacPackages.cmake lists these.
 include(CMakePackageConfigHelpers)
 
@@ -10,10 +10,7 @@ install(DIRECTORY ${headers} ${PROJECT_BINARY_DIR}/include/fransac DESTINATION $
         FILES_MATCHING PATTERN "*.hpp" PATTERN io EXCLUDE PATTERN tuning.hpp EXCLUDE)
 if(FRANSAC_BUILD_IO)
   install(DIRECTORY ${headers}/io DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/fransac COMPONENT dev
-          FILES_MATCHING PATTERN "*.hpp" PATTERN cloud_file.hpp EXCLUDE)
-endif()
-if(FRANSAC_BUILD_CLOUD_IO)
-  install(FILES ${headers}/io/cloud_file.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/fransac/io COMPONENT cloud_dev)
+          FILES_MATCHING PATTERN "*.hpp")
 endif()
 
 if(FRANSAC_BUILD_PCL)
@@ -42,24 +39,19 @@ function(install_library component description requires static_requires)
   if(NOT TARGET ${library})
     return()
   endif()
-  set(dev dev)
-  if(component STREQUAL "cloud_io")
-    set(dev cloud_dev)
-  endif()
-  install(EXPORT ${library} FILE ${library}-targets.cmake NAMESPACE fransac:: DESTINATION ${package_dir} COMPONENT ${dev})
+  install(EXPORT ${library} FILE ${library}-targets.cmake NAMESPACE fransac:: DESTINATION ${package_dir} COMPONENT dev)
 
   string(REPLACE _ - pc_name ${pc_name})
   set(pc_requires ${requires})
   if(NOT BUILD_SHARED_LIBS)
     string(APPEND pc_requires ", ${static_requires}")
   endif()
-  install_pc(${pc_name} "${description}" "${pc_requires}" ${dev} "Libs: -L\${libdir} -l${library}\n")
+  install_pc(${pc_name} "${description}" "${pc_requires}" dev "Libs: -L\${libdir} -l${library}\n")
 endfunction()
 
 set(same "= ${PROJECT_VERSION}")
 install_library(fransac "${PROJECT_DESCRIPTION}" "eigen3 >= 3.4" "libhwy, tbb")
-install_library(io "Images, cameras and folders of frames for fransac" "fransac ${same}" "libdeflate, spng, libtiff-4, libturbojpeg, yaml-cpp")
-install_library(cloud_io "PCD and PLY files for fransac" "fransac-io ${same}" "pcl_io")
+install_library(io "Images, cameras, folders of frames and clouds for fransac" "fransac ${same}" "libdeflate, spng, libtiff-4, libturbojpeg, yaml-cpp")
 if(FRANSAC_BUILD_PCL)  # headers only
   install_pc(fransac-pcl "fransac in the place of PCL's classes" "fransac ${same}, pcl_common >= 1.12" pcl_dev "")
 endif()

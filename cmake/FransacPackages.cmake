@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Debian packages out of a shared build that is configured for /usr (preset `shared`): scripts/package, or cpack in its folder.
-if(NOT BUILD_SHARED_LIBS OR NOT CMAKE_INSTALL_PREFIX STREQUAL /usr OR NOT FRANSAC_BUILD_APP OR NOT FRANSAC_BUILD_CLOUD_IO)
+if(NOT BUILD_SHARED_LIBS OR NOT CMAKE_INSTALL_PREFIX STREQUAL /usr OR NOT FRANSAC_BUILD_APP)
   return()
 endif()
 find_program(GZIP gzip)
@@ -42,21 +42,16 @@ endmacro()
 set(abi ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(about "fransac finds every plane of a depth frame or point cloud, and what stands on\nthe floor or falls away from it: fast, and the same on every run.")
 fransac_package(lib libfransac${abi} libs "planes and obstacles in depth frames and point clouds"
-                "${about}\n\nThis package holds the shared libraries: algorithms, images and cameras.")
-fransac_package(cloud_lib libfransac-cloud-io${abi} libs "planes and obstacles in depth frames: files of point clouds"
-                "${about}\n\nThis package holds the shared library that reads and writes PCD and PLY files." DEPENDS lib)
+                "${about}\n\nThis package holds the shared libraries: algorithms, and files of images, cameras\nand point clouds.")
 fransac_package(dev libfransac-dev libdevel "planes and obstacles in depth frames and point clouds: headers"
                 "${about}\n\nThis package holds what is needed to build programs with it." DEPENDS lib NEEDS "libeigen3-dev (>= 3.4)")
-fransac_package(cloud_dev libfransac-cloud-io-dev libdevel "planes and obstacles in depth frames: headers for files of point clouds"
-                "${about}\n\nThis package holds what is needed to build programs that read and write PCD\nand PLY files with it."
-                DEPENDS cloud_lib dev)
 if(FRANSAC_BUILD_PCL)
   fransac_package(pcl_dev libfransac-pcl-dev libdevel "planes and obstacles in depth frames and point clouds: in PCL's place"
                   "${about}\n\nThis package holds headers that stand where PCL's own stood." DEPENDS dev NEEDS libpcl-dev)
 endif()
 fransac_package(tool fransac science "planes and obstacles in depth frames and point clouds: command line"
                 "${about}\n\nThis package holds the command line, its manual page and completions for bash,\nzsh and fish."
-                DEPENDS lib cloud_lib)
+                DEPENDS lib)
 if(FRANSAC_BUILD_PYTHON)
   fransac_package(python python3-fransac python "planes and obstacles in depth frames and point clouds: Python"
                   "${about}\n\nThis package holds the Python module."
@@ -77,10 +72,9 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_LIB_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
-set(CPACK_DEBIAN_CLOUD_LIB_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/python/postinst
                                               ${PROJECT_SOURCE_DIR}/cmake/debian/python/prerm)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/io ${PROJECT_BINARY_DIR}/src/cloud_io)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/io)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 include(CPack)

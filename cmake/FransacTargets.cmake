@@ -43,11 +43,6 @@ function(fransac_library name component)
                                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
                                     PRIVATE ${PROJECT_SOURCE_DIR}/src)
   if(FRANSAC_INSTALL)
-    set(cloud)
-    if(component STREQUAL "cloud_io")
-      set(cloud cloud_)
-    endif()
-    install(TARGETS ${name} EXPORT ${name} RUNTIME COMPONENT ${cloud}lib LIBRARY COMPONENT ${cloud}lib NAMELINK_COMPONENT ${cloud}dev
-                                           ARCHIVE COMPONENT ${cloud}dev)
+    install(TARGETS ${name} EXPORT ${name} RUNTIME COMPONENT lib LIBRARY COMPONENT lib NAMELINK_COMPONENT dev ARCHIVE COMPONENT dev)
   endif()
 endfunction()

@@ -12,15 +12,14 @@
 #include <vector>
 
 #include "io/grey_png.h"
+#include "require.hpp"
 
 namespace {
 
 using namespace fransac;
 using Bytes = std::vector<std::byte>;
 
-void require(bool holds) {
-  if (!holds) __builtin_trap();
-}
+using fuzz::require;
 
 void put_big_endian(std::span<std::byte> at, std::uint32_t value) {
   for (std::size_t i = 0; i < 4; ++i) at[i] = static_cast<std::byte>(value >> (24U - 8U * i));

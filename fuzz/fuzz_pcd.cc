@@ -8,7 +8,7 @@
 #include <cstring>
 #include <span>
 
-#include "cloud_io/formats.h"
+#include "io/cloud_formats.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "cloud_io/formats.h"
+#include "io/cloud_formats.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto cloud = fransac::io::cloud_formats::decode_ply(std::as_bytes(std::span(data, size)), "fuzz");

@@ -10,15 +10,14 @@
 #include <vector>
 
 #include "io/tum_list.h"
+#include "require.hpp"
 
 namespace {
 
 using namespace fransac;
 using namespace fransac::io;
 
-void require(bool holds) {
-  if (!holds) __builtin_trap();
-}
+using fuzz::require;
 
 void check(const std::vector<TumEntry>& list) {
   const auto earlier = [](const TumEntry& a, const TumEntry& b) { return a.time_s < b.time_s; };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -138,7 +137,7 @@ std::string table_text(const Machine& machine, const SegmentOptions& options, co
 }
 
 void run_bench(BenchCommand& command) {
-  check_options(command.runs.options);
+  check_options(command.runs);
   const Machine machine = this_machine();
   if (machine.build_type != "Release") log(fmt::format("note: this is a {} build; only Release is fast", machine.build_type));
   std::vector<Input> inputs;
@@ -154,19 +153,20 @@ void run_bench(BenchCommand& command) {
 
 }  // namespace
 
-Command add_bench(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("bench", "time methods on inputs");
-  auto command = std::make_shared<BenchCommand>();
-  app->add_option("INPUT", command->inputs,
-                  "depth images, frame folders, folders of frames, TUM RGB-D sequences, PCD or PLY files")
-      ->required();
-  add_document(*app, "--json", command->json);
-  add_runs(*app, command->runs, 1000000, "timed runs per frame and method, after one to warm up");
-  app->footer(
+Command bench_command() {
+  auto request = std::make_shared<BenchCommand>();
+  Command command{.name = "bench", .help = "time methods on inputs"};
+  add_inputs(command, "INPUT", request->inputs,
+             "depth images, frame folders, folders of frames, TUM RGB-D sequences, PCD or PLY files");
+  add_document(command, "--json", request->json);
+  add_runs(command, request->runs, 1000000, "timed runs per frame and method, after one to warm up");
+  command.examples = {{"--method", "desk --method cells,ransac"}, {"--repeat", "desk --repeat 20"}, {"--json", "desk --json -"}};
+  command.footer =
       "Time is from depth (or points) in memory to labels in memory, with buffers reused. An input with several frames gives one "
       "result over all\n"
-      "its frames. Methods take turns, and every run must give the same labels.");
-  return {app, [command] { run_bench(*command); }};
+      "its frames. Methods take turns, and every run must give the same labels.";
+  command.run = [request] { run_bench(*request); };
+  return command;
 }
 
 }  // namespace fransac::cli

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -99,35 +98,29 @@ void run_calibrate(CalibrateCommand& command) {
 
 }  // namespace
 
-Command add_calibrate(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("calibrate", "a sensor's noise, and the distortion that bends planes, from frames");
-  auto command = std::make_shared<CalibrateCommand>();
-  app->add_option("FRAMES", command->names, "depth images, folders of frames, TUM RGB-D sequences; of one camera")->required();
-  add_output(*app, "--out,--json", command->out, "the sensor.json to write; '-' is standard output, instead of the table",
-             "FILE|-");
-  CLI::Option* const kind = app->add_option_function<std::string>(
-      "--sensor",
-      [command](const std::string& text) {
-        const auto known = enum_from_name<SensorKind>(text);
-        if (!known) {
-          throw CLI::ValidationError("--sensor", fmt::format("expected one of {}, not '{}'", enum_list<SensorKind>(), text));
-        }
-        command->options.kind = *known;
-      },
-      fmt::format("how it measures; auto: what the law of its noise looks like [one of {}; default: auto]",
-                  enum_list<SensorKind>()));
-  offer_words(kind->type_name("NAME"), enum_words<SensorKind>());
-  add_input_options(*app, command->inputs);
-  app->add_flag("--distortion,!--no-distortion", command->options.distortion,
-                "look for the distortion that bends planes [default: on]");
-  add_count(*app, "--max-frames", command->max_frames, 1, 10000, "frames to use, evenly spaced");
-  add_count(*app, "--saturated", command->options.saturated, 0, 65535, "raw value that means no measurement beside 0; 0: none");
-  add_count(*app, "--threads", command->options.threads, 0, 1024, "threads to use, 0 for all cores; never changes the answer");
-  app->footer(
+Command calibrate_command() {
+  auto request = std::make_shared<CalibrateCommand>();
+  Command command{.name = "calibrate", .help = "a sensor's noise, and the distortion that bends planes, from frames"};
+  add_inputs(command, "FRAMES", request->names, "depth images, folders of frames, TUM RGB-D sequences; of one camera");
+  add_output(command, "--out", request->out, "FILE|-", "the sensor.json to write; '-' is standard output, instead of the table")
+      .alias = "--json";
+  add_choice(command, "--sensor", request->options.kind, "how it measures; auto: what the law of its noise looks like");
+  add_input_options(command, request->inputs);
+  Option& distortion =
+      add_flag(command, "--distortion", request->options.distortion, "look for the distortion that bends planes");
+  distortion.negatable = true;
+  distortion.notes = "default: on";
+  add_count(command, "--max-frames", request->max_frames, 1, 10000, "frames to use, evenly spaced");
+  add_count(command, "--saturated", request->options.saturated, 0, 65535,
+            "raw value that means no measurement beside 0; 0: none");
+  add_count(command, "--threads", request->options.threads, 0, 1024, "threads to use, 0 for all cores; never changes the answer");
+  command.examples = {{"--out", "rooms --out sensor.json"}, {"--sensor", "rooms --sensor stereo"}};
+  command.footer =
       "Frames should show large planes all over the image: a wall or a floor at a few distances, or any rooms.\n"
       "sensor.json is for segment, track, evaluate, report and bench --sensor sensor.json, which correct depth by it first.\n"
-      "The distortion is only believed if what some views show corrects others: three different ones at least, better ten.");
-  return {app, [command] { run_calibrate(*command); }};
+      "The distortion is only believed if what some views show corrects others: three different ones at least, better ten.";
+  command.run = [request] { run_calibrate(*request); };
+  return command;
 }
 
 }  // namespace fransac::cli

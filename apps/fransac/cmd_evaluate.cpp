@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <span>
@@ -109,7 +108,7 @@ std::string csv_text(const std::vector<Row>& rows, const std::vector<Row>& means
 
 void check_evaluate(const EvaluateCommand& command) {
   check_named_once(command.datasets);
-  check_options(command.runs.options);
+  check_options(command.runs);
   check_options(command.runs.obstacles.options);
   if (command.json == "-" && command.csv == "-") throw UsageError("--json and --csv both name standard output");
 }
@@ -144,17 +143,22 @@ void run_evaluate(EvaluateCommand& command) {
 
 }  // namespace
 
-Command add_evaluate(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("evaluate", "compare methods with the truth of datasets");
-  auto command = std::make_shared<EvaluateCommand>();
-  app->add_option("DATASET", command->datasets, "folders of frames with labels.png and dataset.json, or single frame folders")
-      ->required();
-  add_document(*app, "--json", command->json);
-  add_document(*app, "--csv", command->csv);
-  add_runs(*app, command->runs, 100000, "runs per frame; the median time counts");
-  add_hoover(*app, command->runs.hoover);
-  add_obstacle_options(*app, command->runs.obstacles, "find obstacles and compare them with objects.png, where frames have one");
-  app->footer(fmt::format(
+Command evaluate_command() {
+  auto request = std::make_shared<EvaluateCommand>();
+  Command command{.name = "evaluate", .help = "compare methods with the truth of datasets"};
+  add_inputs(command, "DATASET", request->datasets,
+             "folders of frames with labels.png and dataset.json, or single frame folders");
+  add_document(command, "--json", request->json);
+  add_document(command, "--csv", request->csv);
+  add_runs(command, request->runs, 100000, "runs per frame; the median time counts");
+  add_hoover(command, request->runs.hoover);
+  add_obstacle_options(command, request->runs.obstacles,
+                       "find obstacles and compare them with objects.png, where frames have one");
+  command.examples = {{"--method", "frames --method cells,ransac"},
+                      {"--planes", "frames --planes all"},
+                      {"--obstacles", "frames --obstacles"},
+                      {"--csv", "frames --csv scores.csv"}};
+  command.footer = fmt::format(
       "precision, recall, F1: plane 1 against the truth's dominant plane; best F1: the predicted plane that overlaps it most.\n"
       "matched: F1 of plane 1 against the true plane that it fits best. A frame without a true plane has no scores. A plane\n"
       "found mostly where the truth is 0 (ignored) is neither plane 1, which is then the next, nor a false plane.\n"
@@ -170,8 +174,9 @@ Command add_evaluate(CLI::App& parent) {
       "found ones are the 8-connected parts of planes from 50 pixels on. Needs what F1@0.5 needs. correct share, of means: of\n"
       "all regions.\n"
       "CSV columns (empty: does not apply; a method's mean rows come last, scene \"mean\"):\n{}",
-      csv_header()));
-  return {app, [command] { run_evaluate(*command); }};
+      csv_header());
+  command.run = [request] { run_evaluate(*request); };
+  return command;
 }
 
 }  // namespace fransac::cli

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -51,7 +50,7 @@ struct Page {
 
 void check_report(ReportCommand& command) {
   check_named_once(command.datasets);
-  check_options(command.runs.options);
+  check_options(command.runs);
   check_options(command.obstacles.options);
   check_options(command.track);
   command.runs.inputs.files.writes_folder("--out", command.folder);
@@ -134,22 +133,23 @@ void run_report(ReportCommand& command) {
 
 }  // namespace
 
-Command add_report(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("report", "compare methods on datasets in a page of tables, plots and pictures");
-  auto command = std::make_shared<ReportCommand>();
-  app->add_option("DATASET", command->datasets,
-                  "frames with or without truth: folders of frames, single frames, TUM RGB-D sequences")
-      ->required();
-  add_output(*app, "--out", command->folder, "folder of the page, made if need be", "DIR");
-  app->get_option("--out")->required();
-  add_count(*app, "--pictures", command->pictures, 0, 100000,
+Command report_command() {
+  auto request = std::make_shared<ReportCommand>();
+  Command command{.name = "report", .help = "compare methods on datasets in a page of tables, plots and pictures"};
+  add_inputs(command, "DATASET", request->datasets,
+             "frames with or without truth: folders of frames, single frames, TUM RGB-D sequences");
+  add_output(command, "--out", request->folder, "DIR", "folder of the page, made if need be").required = true;
+  add_count(command, "--pictures", request->pictures, 0, 100000,
             "scenes of each dataset shown unfolded and large; later ones are folded and small");
-  add_runs(*app, command->runs, 100000, "runs per frame; the median time counts");
-  add_track_options(*app, command->track);
-  add_hoover(*app, command->runs.hoover);
-  command->runs.hoover.curve = true;
-  add_obstacle_options(*app, command->obstacles, "of sequences: objects over time, too");
-  app->footer(fmt::format(
+  add_runs(command, request->runs, 100000, "runs per frame; the median time counts");
+  add_track_options(command, request->track);
+  add_hoover(command, request->runs.hoover);
+  request->runs.hoover.curve = true;
+  add_obstacle_options(command, request->obstacles, "of sequences: objects over time, too");
+  command.examples = {{"--out", "frames --out page"},
+                      {"--method", "frames --out page --method cells,ransac"},
+                      {"--obstacles", "sequence --out page --obstacles"}};
+  command.footer = fmt::format(
       "Writes DIR/index.html: one file that opens from disk and needs no network. What the truth does not tell is left out:\n"
       "frames without truth have pictures and times. A folder with a depth.txt that gives its frames (two or more) their times\n"
       "is a sequence; any other holds scenes that have nothing to do with each other. A sequence is followed by cells, as\n"
@@ -158,8 +158,9 @@ Command add_report(CLI::App& parent) {
       "that cannot be used are skipped; broken scenes are errors. With --hoover, and where frames have a gt_seg.png, regions "
       "are\n"
       "classified, at tolerances of {:.2f} to {:.2f} in curves; --planes all asks every method for all planes, which that needs.",
-      report::kMostThumbnails, kHooverCurveFrom_percent / 100.0, kHooverCurveTo_percent / 100.0));
-  return {app, [command] { run_report(*command); }};
+      report::kMostThumbnails, kHooverCurveFrom_percent / 100.0, kHooverCurveTo_percent / 100.0);
+  command.run = [request] { run_report(*request); };
+  return command;
 }
 
 }  // namespace fransac::cli

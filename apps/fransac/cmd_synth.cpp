@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -26,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct SynthCommand {
-  fs::path folder;
+  std::string folder;
   synth::SynthOptions options;  // its defaults are the command's
   int frames = 1;
   int width = options.camera.width;
@@ -50,8 +49,6 @@ std::vector<std::string> scene_words() {
   words.emplace_back("all");
   return words;
 }
-
-std::string scene_list() { return joined(scene_words(), ", "); }
 
 /// The label of the floor: the largest level plane near the height that scenes are built from, z = 0; 0 when none is seen.
 int floor_label(const synth::SynthFrame& frame) {
@@ -136,56 +133,35 @@ void run_synth(const SynthCommand& command) {
   check(output.commit());
 }
 
-void check_scene(const std::string& scene) {
-  const auto known = synth::scene_names();
-  if (scene == "all" || std::find(known.begin(), known.end(), scene) != known.end()) return;
-  throw CLI::ValidationError("--scene", fmt::format("expected one of {}, not '{}'", scene_list(), scene));
-}
-
-/// Adds "--name NAME", one of an enum's names.
-template <Named Enum>
-void add_choice(CLI::App& app, const std::string& name, Enum& value, const std::string& help) {
-  CLI::Option* const option = app.add_option_function<std::string>(
-      name,
-      [name, &value](const std::string& text) {
-        const auto known = enum_from_name<Enum>(text);
-        if (!known) throw CLI::ValidationError(name, fmt::format("expected one of {}, not '{}'", enum_list<Enum>(), text));
-        value = *known;
-      },
-      fmt::format("{} [one of {}; default: {}]", help, enum_list<Enum>(), enum_name(value)));
-  offer_words(option->type_name("NAME"), enum_words<Enum>());
-}
-
 }  // namespace
 
-Command add_synth(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("synth", "render depth frames with exact truth");
-  auto command = std::make_shared<SynthCommand>();
-  synth::SynthOptions& options = command->options;
-  app->add_option("OUT_DIR", command->folder, "folder to make; may exist if it is empty")->required();
-  CLI::Option* const scene_option = app->add_option_function<std::string>(
-      "--scene",
-      [&options](const std::string& scene) {
-        check_scene(scene);
-        options.scene = scene;
-      },
-      fmt::format("what is seen [one of {}; default: {}]", scene_list(), options.scene));
-  offer_words(scene_option->type_name("NAME"), scene_words());
-  add_choice(*app, "--noise", options.sensor, "how depth is measured");
-  add_choice(*app, "--motion", options.motion, "how the camera moves: about a spot, or on a smooth round as one sequence");
-  add_count(*app, "--frames", command->frames, 1, 100000, "frames per scene");
-  add_seed(*app, options.seed, "seed of the scene's objects and the noise");
-  add_count(*app, "--width", command->width, 16, kMaxImageSide, "columns; the field of view stays");
-  add_count(*app, "--height", command->height, 16, kMaxImageSide, "rows; the field of view stays");
-  app->footer(
+Command synth_command() {
+  auto request = std::make_shared<SynthCommand>();
+  synth::SynthOptions& options = request->options;
+  Command command{.name = "synth", .help = "render depth frames with exact truth"};
+  add_input(command, "OUT_DIR", request->folder, "folder to make; may exist if it is empty");
+  add_choice(command, "--scene", scene_words(), options.scene, "what is seen",
+             [&options](std::size_t scene) { options.scene = scene_words()[scene]; });
+  add_choice(command, "--noise", options.sensor, "how depth is measured");
+  add_choice(command, "--motion", options.motion, "how the camera moves: about a spot, or on a smooth round as one sequence");
+  add_count(command, "--frames", request->frames, 1, 100000, "frames per scene");
+  add_seed(command, options.seed, "seed of the scene's objects and the noise");
+  add_count(command, "--width", request->width, 16, kMaxImageSide, "columns; the field of view stays");
+  add_count(command, "--height", request->height, 16, kMaxImageSide, "rows; the field of view stays");
+  command.examples = {{"--scene", "steps --scene stairs"},
+                      {"--noise", "far --noise stereo"},
+                      {"--motion", "round --motion walk --frames 60"},
+                      {"--frames", "ten --frames 10"},
+                      {"--seed", "seventh --seed 7"}};
+  command.footer =
       "Writes OUT_DIR/<scene>_<seed>_<frame>/ with depth.png, camera.json, labels.png, objects.png, rgb.png and truth.json, and "
       "OUT_DIR/dataset.json; truth.json has the planes, the objects and which label is the floor.\n"
       "--motion walk: 1 to 3 cm and 0.3 to 1 degree a frame; a label is the same plane in all frames; depth.txt, rgb.txt and "
       "groundtruth.txt (poses, camera to world) make OUT_DIR a TUM RGB-D sequence at 30 frames a second.\n"
       "Nothing is ever overwritten; OUT_DIR is there, or filled, when all is done; a run that fails or is interrupted leaves "
-      "nothing "
-      "behind.");
-  return {app, [command] { run_synth(*command); }};
+      "nothing behind.";
+  command.run = [request] { run_synth(*request); };
+  return command;
 }
 
 }  // namespace fransac::cli

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -182,32 +181,32 @@ void run_track(TrackCommand& command) {
 
 }  // namespace
 
-Command add_track(CLI::App& parent) {
-  auto command = std::make_shared<TrackCommand>();
-  FollowRequest& request = command->request;
-  request.options.method = Method::cells;
-  request.options.threads = 0;
-  CLI::App* const app = parent.add_subcommand(
-      "track", "follow planes and objects through the frames of a moving camera; a line of JSON for each frame");
-  app->add_option(
-         "INPUT", command->input,
-         "folder of frames, TUM RGB-D sequence, or '-': raw frames on standard input, after a line \"fransac-depth 1 WIDTH "
-         "HEIGHT uint16|float32 METRES_PER_UNIT FX FY CX CY\", each a 64-bit timestamp and the rows, little-endian")
-      ->required();
-  add_input_options(*app, command->inputs);
-  app->add_option("--json", command->json, "where the lines go, '-' for standard output")
-      ->type_name("FILE")
-      ->capture_default_str();
-  app->add_option("--poses", request.poses_file,
-                  "camera poses, a TUM trajectory such as groundtruth.txt; else they are estimated")
-      ->type_name("FILE");
-  app->add_flag("--warm-start", request.warm_start,
-                fmt::format("look for the last frame's planes first, but in every {}th frame: a little faster", kColdEvery));
-  app->add_flag("--strict", request.strict, "stop at a frame that cannot be used instead of skipping it");
-  add_segment_options(*app, request.options, command->inputs.files);
-  add_track_options(*app, request.track);
-  add_obstacle_options(*app, request.obstacles, "follow objects on the support, too, and list drops");
-  return {app, [command] { run_track(*command); }};
+Command track_command() {
+  auto request = std::make_shared<TrackCommand>();
+  FollowRequest& follow = request->request;
+  follow.options.method = Method::cells;
+  follow.options.threads = 0;
+  Command command{.name = "track",
+                  .help = "follow planes and objects through the frames of a moving camera; a line of JSON for each frame"};
+  add_input(command, "INPUT", request->input,
+            "folder of frames, TUM RGB-D sequence, or '-': raw frames on standard input, after a line \"fransac-depth 1 WIDTH "
+            "HEIGHT uint16|float32 METRES_PER_UNIT FX FY CX CY\", each a 64-bit timestamp and the rows, little-endian");
+  add_input_options(command, request->inputs);
+  add_text(command, "--json", request->json, "FILE", "where the lines go, '-' for standard output").notes = "default: -";
+  add_text(command, "--poses", follow.poses_file, "FILE",
+           "camera poses, a TUM trajectory such as groundtruth.txt; else they are estimated");
+  add_flag(command, "--warm-start", follow.warm_start,
+           fmt::format("look for the last frame's planes first, but in every {}th frame: a little faster", kColdEvery));
+  add_flag(command, "--strict", follow.strict, "stop at a frame that cannot be used instead of skipping it");
+  add_segment_options(command, follow.options, request->inputs.files);
+  add_track_options(command, follow.track);
+  add_obstacle_options(command, follow.obstacles, "follow objects on the support, too, and list drops");
+  command.examples = {{"--json", "walk --json planes.jsonl"},
+                      {"--obstacles", "walk --obstacles"},
+                      {"--poses", "walk --poses walk/groundtruth.txt"},
+                      {"--strict", "walk --strict"}};
+  command.run = [request] { run_track(*request); };
+  return command;
 }
 
 }  // namespace fransac::cli

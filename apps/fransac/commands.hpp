@@ -1,29 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The subcommands. Each adds itself to the application and returns what runs it once the command line is parsed; the
-/// returned function may throw Failure or UsageError.
+/// The commands, each in a file of its own: cmd_NAME.cpp.
 #pragma once
 
-#include <functional>
-
-namespace CLI {
-class App;
-}
+#include "command.hpp"
 
 namespace fransac::cli {
 
-struct Command {
-  CLI::App* app = nullptr;
-  std::function<void()> run;
-};
-
-Command add_segment(CLI::App& parent);
-Command add_evaluate(CLI::App& parent);
-Command add_report(CLI::App& parent);
-Command add_bench(CLI::App& parent);
-Command add_synth(CLI::App& parent);
-Command add_track(CLI::App& parent);
-Command add_calibrate(CLI::App& parent);
-Command add_completion(CLI::App& parent);
-Command add_man(CLI::App& parent);
+Command segment_command();
+Command track_command();
+Command evaluate_command();
+Command report_command();
+Command bench_command();
+Command synth_command();
+Command calibrate_command();
 
 }  // namespace fransac::cli

@@ -1,193 +1,164 @@
 // SPDX-License-Identifier: Apache-2.0
-// What shells offer at the tabulator key. No names of ours hold anything that a shell would have to be kept from reading; texts
-// do.
+// What shells offer at the tabulator key: each asks the program itself.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <string>
-#include <string_view>
-#include <vector>
-
-#include "definition.hpp"
+#include "command_line.hpp"
+#include "errors.hpp"
 
 namespace fransac::cli {
 namespace {
 
-/// Each character out of `special` after a backslash.
-std::string guarded(std::string_view text, std::string_view special) {
-  std::string out;
-  for (const char c : text) {
-    if (special.find(c) != std::string_view::npos) out += '\\';
-    out += c;
-  }
-  return out;
-}
-
-/// In single quotes, as bash and zsh read them.
-std::string single_quoted(std::string_view text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
-std::vector<std::string> command_names(const CommandDefinition& program) {
-  std::vector<std::string> names;
-  for (const CommandDefinition& command : program.commands) names.push_back(command.name);
-  return names;
-}
-
-std::vector<std::string> option_names(const CommandDefinition& command) {
-  std::vector<std::string> names;
-  for (const OptionDefinition& option : command.options) {
-    if (!option.positional) names.insert(names.end(), option.names.begin(), option.names.end());
-  }
-  return names;
-}
-
-constexpr std::string_view kBashHead = R"(# bash completion for fransac -*- shell-script -*-
-
-_fransac_words() { mapfile -t COMPREPLY < <(compgen -W "$1" -- "$current"); }
-_fransac_list() {
-  local before=
-  [[ $current != *,* ]] || before=${current%,*},
-  mapfile -t COMPREPLY < <(compgen -P "$before" -W "$1" -- "${current##*,}")
-}
-_fransac_parts() { _fransac_words "$1"; compopt -o nospace 2> /dev/null; }
-_fransac_paths() {
-  local path
-  while read -r path; do COMPREPLY+=("$path"); done < <(compgen "$1" -- "$current")
-  compopt -o filenames 2> /dev/null
-}
-
+constexpr std::string_view kBash = R"(# bash completion for fransac -*- shell-script -*-
 _fransac() {
-  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} command=${COMP_WORDS[1]}
+  local line path words=("${COMP_WORDS[@]:1:COMP_CWORD}")
+  local current=${words[-1]}
+  [[ $current != = ]] || current=
   COMPREPLY=()
-  # Bash takes --option=value for three words.
-  if [[ $current == = ]]; then current=; elif [[ $previous == = ]]; then previous=${COMP_WORDS[COMP_CWORD - 2]}; fi
+  while read -r line; do
+    case $line in
+      :file | :directory)
+        while read -r path; do COMPREPLY+=("$path"); done < <(compgen -A "${line#:}" -- "$current" | sort -u)
+        compopt -o filenames 2> /dev/null ;;
+      :more) compopt -o nospace 2> /dev/null ;;
+      *) COMPREPLY+=("${line%%$'\t'*}") ;;
+    esac
+  done < <("${COMP_WORDS[0]}" __complete "${words[@]}" 2> /dev/null)
+}
+complete -F _fransac fransac
 )";
 
-std::string bash_values(const OptionDefinition& option) {
-  const std::string words = single_quoted(joined(option.words));
-  const bool parts = !option.words.empty() && option.words.front().ends_with('=');
-  std::vector<std::string> calls;
-  if (!option.words.empty())
-    calls.push_back((option.is_list ? "_fransac_list " : parts ? "_fransac_parts " : "_fransac_words ") + words);
-  if (option.offer != Offer::nothing) calls.push_back(option.offer == Offer::files ? "_fransac_paths -f" : "_fransac_paths -d");
-  return calls.empty() ? ":" : joined(calls, "; ");
+constexpr std::string_view kZsh = R"(#compdef fransac
+_fransac() {
+  local line
+  local -a offers more
+  for line in "${(@f)$("${words[1]}" __complete "${(@)words[2,CURRENT]}" 2> /dev/null)}"; do
+    case $line in
+      :file) _files ;;
+      :directory) _files -/ ;;
+      :more) more=(-S '') ;;
+      ?*) offers+=("${line%%$'\t'*}:${line#*$'\t'}") ;;
+    esac
+  done
+  (( ! $#offers )) || _describe fransac offers $more
 }
+# Loaded from the function path it is called at once; read by `source` it is registered.
+if [[ $funcstack[1] == _fransac ]]; then _fransac "$@"; else compdef _fransac fransac; fi
+)";
 
-std::string zsh_values(const OptionDefinition& option) {
-  const std::string files = option.offer == Offer::folders ? "_files -/" : "_files";
-  const std::string words = joined(option.words);
-  if (option.words.empty()) return option.offer == Offer::nothing ? " " : files;
-  if (option.is_list) return "_sequence compadd - " + words;
-  if (option.words.front().ends_with('=')) return fmt::format(" compadd -S \"\" - {}", words);
-  if (option.offer == Offer::nothing) return fmt::format("({})", words);
-  return fmt::format(" _alternative \"names\\:name\\:({})\" \"files\\:file\\:{}\"", words, files);
-}
+constexpr std::string_view kFish = R"(function __fransac_complete
+  set -l current (commandline -ct)
+  set -l words (commandline -opc) "$current"
+  for line in ($words[1] __complete $words[2..] 2> /dev/null)
+    switch $line
+      case :file
+        __fish_complete_path $current
+      case :directory
+        __fish_complete_directories $current
+      case :more
+      case '*'
+        echo $line
+    end
+  end
+end
+complete -c fransac -f -a '(__fransac_complete)'
+)";
 
-/// The arguments of zsh's _arguments, one for each name of an option.
-std::string zsh_arguments(const CommandDefinition& command, std::string_view indent) {
-  std::string text;
-  for (const OptionDefinition& option : command.options) {
-    const std::string value = guarded(option.value, ":[]\\");
-    if (option.positional) {
-      text += fmt::format(" \\\n{}{}", indent,
-                          single_quoted(fmt::format("{}:{}:{}", option.repeated ? "*" : "", value, zsh_values(option))));
-      continue;
-    }
-    for (const std::string& name : option.names) {
-      std::string argument = (option.repeated ? "*" : "") + name;
-      if (!option.value.empty() && name.starts_with("--")) argument += "=";
-      argument += fmt::format("[{}]", guarded(option.summary, ":[]\\"));
-      if (!option.value.empty()) argument += fmt::format(":{}:{}", value, zsh_values(option));
-      text += fmt::format(" \\\n{}{}", indent, single_quoted(argument));
-    }
+class Offers {
+ public:
+  /// The words must begin with `typed`; `before` stands before each of them already.
+  Offers(std::string typed, std::string before = {}) : typed_(std::move(typed)), before_(std::move(before)) {}
+
+  void word(const std::string& word, std::string_view meaning) {
+    if (word.starts_with(typed_)) text_ += fmt::format("{}{}\t{}\n", before_, word, meaning);
   }
-  return text;
-}
-
-/// In single quotes, as fish reads them.
-std::string fish_quoted(std::string_view text) { return "'" + guarded(text, "'\\") + "'"; }
-
-std::string fish_values(const OptionDefinition& option) {
-  if (option.value.empty()) return "";
-  std::vector<std::string> values = option.words;
-  if (option.is_list) values = {fmt::format("(__fish_complete_list , \"string split ' ' '{}'\")", joined(option.words))};
-  if (option.offer == Offer::folders) values.emplace_back("(__fish_complete_directories)");
-  // -x: a value and no files; -r: a value, files too.
-  std::string text = option.offer == Offer::files ? " -r -F" : " -x";
-  if (!values.empty()) text += " -a " + fish_quoted(joined(values));
-  return text;
-}
-
-std::string fish_lines(const CommandDefinition& command, const std::string& condition) {
-  std::string text;
-  for (const OptionDefinition& option : command.options) {
-    if (option.positional) continue;
-    for (const std::string& name : option.names) {
-      const bool is_long = name.starts_with("--");
-      text += fmt::format("complete -c fransac -n {}{} {}{} -d {}\n", condition, is_long ? " -l" : " -s",
-                          name.substr(is_long ? 2 : 1), fish_values(option), fish_quoted(option.summary));
-    }
+  void names(const Option& option) {
+    for (const std::string& name : option.names()) word(name, option.help);
   }
-  return text;
+  void say(std::string_view directive) { text_ += fmt::format("{}\n", directive); }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  std::string typed_;
+  std::string before_;
+  std::string text_;
+};
+
+bool names_folder(const Option& option) { return option.value.find("DIR") != std::string::npos; }
+bool names_file(const Option& option) {
+  return option.positional() || option.value.find("FILE") != std::string::npos || option.value.find("BASE") != std::string::npos;
+}
+
+/// Values of an option; `before`: the words that the shell holds for a part of the value, "--method=".
+std::string values_of(const Option& option, std::string typed, std::string before) {
+  const std::size_t comma = typed.rfind(',');
+  if (option.value.ends_with(",...") && comma != std::string::npos) {  // the last of a list
+    before += typed.substr(0, comma + 1);
+    typed.erase(0, comma + 1);
+  }
+  Offers offers(std::move(typed), std::move(before));
+  for (const std::string& word : option.words) offers.word(word, "");
+  if (!option.words.empty() && option.words.front().ends_with('=')) offers.say(":more");
+  if (names_folder(option)) {
+    offers.say(":directory");
+  } else if (names_file(option)) {
+    offers.say(":file");
+  }
+  return offers.text();
+}
+
+std::string first_words(const Program& program, const std::string& typed) {
+  Offers offers(typed);
+  for (const Command& command : program.commands) offers.word(command.name, command.help);
+  offers.word("-h", "help");
+  offers.word("--help", "help");
+  offers.word("--version", "the program's version");
+  return offers.text();
+}
+
+std::string option_names(const Command& command, const std::string& typed) {
+  Offers offers(typed);
+  for (const Option& option : command.options) {
+    if (!option.positional()) offers.names(option);
+  }
+  offers.word("-h", "the options that matter most");
+  offers.word("--help", "all options");
+  return offers.text();
 }
 
 }  // namespace
 
-std::string bash_completion(const CommandDefinition& program) {
-  std::vector<std::string> first = command_names(program);
-  for (const std::string& name : option_names(program)) first.push_back(name);
-  std::string text(kBashHead);
-  text += fmt::format("  if ((COMP_CWORD == 1)); then\n    _fransac_words {}\n    return\n  fi\n", single_quoted(joined(first)));
-  text += "  case $command:$previous in\n";
-  for (const CommandDefinition& command : program.commands) {
-    for (const OptionDefinition& option : command.options) {
-      if (option.positional || option.value.empty()) continue;
-      std::vector<std::string> patterns;
-      for (const std::string& name : option.names) patterns.push_back(fmt::format("{}:{}", command.name, name));
-      text += fmt::format("    {}) {}; return ;;\n", joined(patterns, " | "), bash_values(option));
-    }
-  }
-  text += "  esac\n  [[ ${COMP_WORDS[COMP_CWORD]} != = && ${COMP_WORDS[COMP_CWORD - 1]} != = ]] || return\n";
-  text += "  case $command:$current in\n";
-  for (const CommandDefinition& command : program.commands) {
-    text += fmt::format("    {}:-*) _fransac_words {} ;;\n", command.name, single_quoted(joined(option_names(command))));
-    if (command.takes_files()) text += fmt::format("    {}:*) _fransac_paths -f ;;\n", command.name);
-  }
-  return text + "  esac\n}\n\ncomplete -F _fransac fransac\n";
+std::string_view completion_script(std::string_view shell) {
+  if (shell == "bash") return kBash;
+  if (shell == "zsh") return kZsh;
+  if (shell == "fish") return kFish;
+  throw UsageError(fmt::format("SHELL: expected one of bash, zsh, fish, not '{}'", shell));
 }
 
-std::string zsh_completion(const CommandDefinition& program) {
-  std::string text = "#compdef fransac\n\n_fransac() {\n  local curcontext=$curcontext state line\n  typeset -A opt_args\n";
-  text += "  local -a commands=(\n";
-  for (const CommandDefinition& command : program.commands) {
-    text += fmt::format("    {}\n", single_quoted(fmt::format("{}:{}", command.name, guarded(command.help, ":\\"))));
+std::string complete(const Program& program, const std::vector<std::string>& words) {
+  if (words.empty()) return {};
+  if (words.size() == 1) return first_words(program, words.front());
+  const Command* const command = program.find(words.front());
+  if (command == nullptr) return {};
+  std::string typed = words.back();
+  std::string option_name = words[words.size() - 2];
+  std::string before;
+  const std::size_t equals = typed.find('=');
+  if (typed == "=") {  // bash takes --option=value for three words
+    typed.clear();
+  } else if (option_name == "=" && words.size() > 3) {
+    option_name = words[words.size() - 3];
+  } else if (typed.starts_with("--") && equals != std::string::npos) {
+    option_name = typed.substr(0, equals);
+    before = typed.substr(0, equals + 1);
+    typed.erase(0, equals + 1);
   }
-  text += fmt::format("  )\n  _arguments -C{} \\\n    '1:command:->command' '*::argument:->argument' && return\n",
-                      zsh_arguments(program, "    "));
-  text += "  [[ $state != command ]] || { _describe -t commands command commands; return; }\n  case $line[1] in\n";
-  for (const CommandDefinition& command : program.commands) {
-    text += fmt::format("    {})\n      _arguments{} ;;\n", command.name, zsh_arguments(command, "        "));
+  const Option* const option = command->find(option_name);
+  if (option != nullptr && !option->positional() && !option->is_flag()) return values_of(*option, typed, before);
+  if (typed.starts_with('-')) return option_names(*command, typed);
+  for (const Option& positional : command->options) {
+    if (positional.positional()) return values_of(positional, typed, {});
   }
-  text += "  esac\n}\n\n";
-  // Loaded from the function path it is called at once; read by `source` it is registered.
-  return text + "if [[ $funcstack[1] == _fransac ]]; then _fransac \"$@\"; else compdef _fransac fransac; fi\n";
-}
-
-std::string fish_completion(const CommandDefinition& program) {
-  std::string text = "complete -c fransac -f\n";
-  text += fish_lines(program, "__fish_use_subcommand");
-  for (const CommandDefinition& command : program.commands) {
-    text += fmt::format("complete -c fransac -n __fish_use_subcommand -a {} -d {}\n", command.name, fish_quoted(command.help));
-  }
-  for (const CommandDefinition& command : program.commands) {
-    const std::string condition = fmt::format("'__fish_seen_subcommand_from {}'", command.name);
-    if (command.takes_files()) text += fmt::format("complete -c fransac -n {} -F\n", condition);
-    text += fish_lines(command, condition);
-  }
-  return text;
+  return {};
 }
 
 }  // namespace fransac::cli

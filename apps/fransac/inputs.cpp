@@ -5,27 +5,9 @@
 
 #include "errors.hpp"
 #include "fransac/io/camera_file.hpp"
-#ifdef FRANSAC_HAS_CLOUD_IO
 #include "fransac/io/cloud_file.hpp"
-#endif
 
 namespace fransac::cli {
-namespace {
-
-PointCloud load_cloud(const std::string& file, [[maybe_unused]] double metres_per_unit,
-                      [[maybe_unused]] const io::ReadLimits& limits) {
-#ifdef FRANSAC_HAS_CLOUD_IO
-  return unwrap(io::read_cloud(file, metres_per_unit, limits));
-#else
-  throw Failure(fmt::format(
-      "{}: this fransac was built without support for point clouds: it needs PCL's io library (scripts/bootstrap cloud) and "
-      "-DFRANSAC_BUILD_CLOUD_IO=ON",
-      file));
-#endif
-}
-
-}  // namespace
-
 Input open_input(const std::string& name, InputOptions& options) {
   Input input{name, unwrap(io::detect_kind(name)), {}, options.limits()};
   if (!input.is_cloud()) {
@@ -56,7 +38,7 @@ io::Dataset open_frames(const std::string& name, InputOptions& options) {
 }
 
 Content load(const Input& input, std::size_t i, Doubts& doubts, Progress& progress) {
-  if (input.is_cloud()) return load_cloud(input.name, input.metres_per_unit, input.limits);
+  if (input.is_cloud()) return unwrap(io::read_cloud(input.name, input.metres_per_unit, input.limits));
   io::Frame frame = unwrap(io::load_frame(input.frames[i]));
   doubts.look_at(input.frames[i], frame, progress);
   return frame;

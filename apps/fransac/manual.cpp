@@ -2,13 +2,13 @@
 // The manual page, in the macros of man(7).
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "definition.hpp"
+#include "command_line.hpp"
 
 namespace fransac::cli {
 namespace {
@@ -31,37 +31,41 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-std::string heading(const OptionDefinition& option) {
+std::string heading(const Option& option) {
   std::vector<std::string> names;
-  for (const std::string& name : option.names) {
-    names.push_back(fmt::format("\\f{}{}\\fR", option.positional ? 'I' : 'B', escaped(name)));
+  for (const std::string& name : option.names()) {
+    names.push_back(fmt::format("\\f{}{}\\fR", option.positional() ? 'I' : 'B', escaped(name)));
   }
-  std::string line = joined(names, ", ");
-  if (!option.positional && !option.value.empty()) line += fmt::format(" \\fI{}\\fR", escaped(option.value));
+  std::string line = joined(names);
+  if (!option.positional() && !option.value.empty()) line += fmt::format(" \\fI{}\\fR", escaped(option.value));
   return option.repeated ? line + " ..." : line;
 }
 
-std::string entry(const OptionDefinition& option) {
-  std::string help = option.help;
-  if (!option.needs.empty()) help += fmt::format(" (needs {})", joined(option.needs, ", "));
-  if (option.required && !option.positional) help += " (required)";
+std::string entry(const Option& option) {
+  std::string help = option.text();
+  if (!option.needs.empty()) help += fmt::format(" (needs {})", joined(option.needs));
+  if (option.required && !option.positional()) help += " (required)";
   return fmt::format(".TP\n{}\n{}\n", heading(option), escaped(help));
 }
 
 /// Options by group, in the order of the groups' first options; the parser's own group needs no title.
-std::string entries(const CommandDefinition& command) {
+std::string entries(const Command& command) {
   std::vector<std::string> groups;
-  for (const OptionDefinition& option : command.options) {
+  for (const Option& option : command.options) {
     if (std::find(groups.begin(), groups.end(), option.group) == groups.end()) groups.push_back(option.group);
   }
   std::string text;
   for (const bool positional : {true, false}) {
     for (const std::string& group : groups) {
       std::string list;
-      for (const OptionDefinition& option : command.options) {
-        if (option.group == group && option.positional == positional) list += entry(option);
+      for (const Option& option : command.options) {
+        if (option.group == group && option.positional() == positional) list += entry(option);
       }
-      if (!list.empty() && group != "Options") text += fmt::format(".PP\n{}:\n", escaped(group));
+      if (!positional && group.empty()) {
+        list += entry({.name = "-h", .help = "print the options that matter most and exit"}) +
+                entry({.name = "--help", .help = "print all options and exit"});
+      }
+      if (!list.empty() && !group.empty()) text += fmt::format(".PP\n{}:\n", escaped(group));
       text += list;
     }
   }
@@ -72,7 +76,8 @@ std::string entries(const CommandDefinition& command) {
 std::string paragraphs(const std::string& text) {
   std::string out;
   bool begins = true;
-  for (const std::string& line : CLI::detail::split(text, '\n')) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
     if (line.empty()) continue;
     out += fmt::format("{}{}\n", begins && !out.empty() ? ".PP\n" : "", escaped(line));
     begins = line.ends_with('.') || line.ends_with(':');
@@ -80,29 +85,30 @@ std::string paragraphs(const std::string& text) {
   return out;
 }
 
-std::string usage(const CommandDefinition& program, const CommandDefinition& command) {
+std::string usage(const Program& program, const Command& command) {
   std::string line = fmt::format("\\fB{} {}\\fR [\\fIOPTIONS\\fR]", program.name, escaped(command.name));
-  for (const OptionDefinition& option : command.options) {
-    if (option.positional) line += " " + heading(option);
+  for (const Option& option : command.options) {
+    if (option.positional()) line += " " + heading(option);
   }
   return line;
 }
 
 }  // namespace
 
-std::string manual_page(const CommandDefinition& program, const std::string& version) {
+std::string manual_page(const Program& program) {
   std::string upper = program.name;
   std::transform(upper.begin(), upper.end(), upper.begin(),
                  [](char c) { return c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c; });
-  std::string page = fmt::format(".TH {} 1 \"\" \"{} {}\" \"User Commands\"\n.nh\n.ad l\n", upper, program.name, version);
-  const std::string_view purpose = program.help;
-  page += fmt::format(".SH NAME\n{} \\- {}\n.SH SYNOPSIS\n", program.name, escaped(purpose.substr(0, purpose.find('.'))));
-  for (const CommandDefinition& command : program.commands) page += usage(program, command) + "\n.br\n";
-  page += fmt::format("\\fB{}\\fR [\\fIOPTIONS\\fR]\n.SH OPTIONS\n{}.SH COMMANDS\n", program.name, entries(program));
-  for (const CommandDefinition& command : program.commands) {
+  std::string page = fmt::format(".TH {} 1 \"\" \"{} {}\" \"User Commands\"\n.nh\n.ad l\n", upper, program.name, program.version);
+  page += fmt::format(".SH NAME\n{} \\- {}\n.SH SYNOPSIS\n", program.name, escaped(program.purpose));
+  for (const Command& command : program.commands) page += usage(program, command) + "\n.br\n";
+  page += fmt::format("\\fB{}\\fR [\\fIOPTIONS\\fR]\n.SH OPTIONS\n{}{}.SH COMMANDS\n", program.name,
+                      entry({.name = "-h", .alias = "--help", .help = "print the commands and exit"}),
+                      entry({.name = "--version", .help = "print the version and exit"}));
+  for (const Command& command : program.commands) {
     page += fmt::format(".TP\n\\fB{}\\fR\n{}\n", escaped(command.name), escaped(command.help));
   }
-  for (const CommandDefinition& command : program.commands) {
+  for (const Command& command : program.commands) {
     page += fmt::format(".SH \"COMMAND {}\"\n{}\n.PP\n{}\n{}", escaped(command.name), usage(program, command),
                         escaped(command.help), entries(command));
     if (!command.footer.empty()) page += ".PP\n" + paragraphs(command.footer);

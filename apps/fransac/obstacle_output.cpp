@@ -140,8 +140,7 @@ nlohmann::ordered_json obstacles_to_json(const Segmentation& segmentation, const
 }
 
 void add_outlines(nlohmann::ordered_json& json, const Obstacles& found, const std::vector<std::vector<Outline>>& of_planes,
-                  const Camera& camera) {
-  const std::vector<std::vector<Outline>> of_drops = drop_outlines(found, camera);
+                  const std::vector<std::vector<Outline>>& of_drops) {
   for (std::size_t i = 0; i < found.obstacles.size(); ++i) {
     if (found.obstacles[i].kind == ObstacleKind::drop) json["objects"][i]["outlines"] = outlines_to_json(of_drops[i]);
   }

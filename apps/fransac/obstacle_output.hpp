@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "fransac/core/camera.hpp"
 #include "fransac/core/depth_image.hpp"
 #include "fransac/io/image.hpp"
 #include "fransac/obstacles/obstacles.hpp"
@@ -37,9 +36,9 @@ void add_support(nlohmann::ordered_json& json, const Segmentation& segmentation,
 
 nlohmann::ordered_json obstacle_to_json(const Obstacle& obstacle);
 nlohmann::ordered_json obstacles_to_json(const Segmentation& segmentation, const Obstacles& found);
-/// Adds the outlines of drops, and of the support as free space. `of_planes`: the segmentation's.
+/// Adds the outlines of drops, and of the support as free space. `of_planes`: the segmentation's; `of_drops`: drop_outlines().
 void add_outlines(nlohmann::ordered_json& json, const Obstacles& found, const std::vector<std::vector<Outline>>& of_planes,
-                  const Camera& camera);
+                  const std::vector<std::vector<Outline>>& of_drops);
 
 /// Obstacles in distinct colours, planes pale. `planes`: labels; `things`: a number per pixel that says the colour, 0 on none.
 io::ColourImage obstacle_overlay(const DepthView& depth, std::vector<std::uint8_t> planes, std::span<const std::uint16_t> things,

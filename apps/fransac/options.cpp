@@ -8,13 +8,25 @@
 #include <limits>
 #include <type_traits>
 
+#include "errors.hpp"
 #include "fransac/io/sensor_json.hpp"
+#include "numbers.hpp"
 
 namespace fransac::cli {
 namespace {
 
-constexpr const char* kGroup = "Parameters of the methods";
+/// The help's group of an option, by the methods that use it.
+const char* group_of(UsedBy users) {
+  switch (users) {
+    case UsedBy::cells: return "Of the method cells";
+    case UsedBy::ransac: return "Of the methods fransac, voxel-ransac, rransac and ransac";
+    case UsedBy::voxel_grid: return "Of the methods fransac and voxel-ransac";
+    case UsedBy::all: break;
+  }
+  return "Of all methods";
+}
 constexpr const char* kTrackGroup = "Tracking";
+constexpr const char* kObstacles = "--obstacles";
 constexpr std::string_view kPlanes = "planes";  // the one option with a word, 'all', for a number: 0
 constexpr std::string_view kMethod = "method";
 constexpr std::string_view kSensor = "sensor";  // the one enum that a file can stand for
@@ -24,10 +36,6 @@ template <class T>
 struct IsOptional : std::false_type {};
 template <class T>
 struct IsOptional<std::optional<T>> : std::true_type {};
-
-[[noreturn]] void reject(const std::string& flag, const std::string& expected, const std::string& text) {
-  throw CLI::ValidationError(flag, fmt::format("expected {}, not '{}'", expected, text));
-}
 
 /// "0 to 1024", "> 0", "> 0 and < 1" or nothing; a bound that the type has anyway is not worth a word.
 std::string range_text(const OptionInfo& info) {
@@ -67,7 +75,7 @@ std::string expected_text(const OptionInfo& info, const T& value) {
   } else if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
     return is_position(info) ? "a position x,y,z" : "a direction x,y,z, not all 0";
   } else if constexpr (Named<T>) {
-    return "one of " + enum_list<T>();
+    return "one of " + joined(enum_words<T>());
   } else {
     (void)value;
     const std::string range = range_text(info);
@@ -78,9 +86,16 @@ std::string expected_text(const OptionInfo& info, const T& value) {
   }
 }
 
+/// The parts between commas.
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) c == ',' ? parts.emplace_back() : parts.back() += c;
+  return parts;
+}
+
 /// Three numbers, separated by commas.
 std::optional<Eigen::Vector3d> parse_vector(const std::string& text) {
-  const std::vector<std::string> parts = CLI::detail::split(text, ',');
+  const std::vector<std::string> parts = split(text);
   if (parts.size() != 3) return std::nullopt;
   Eigen::Vector3d vector;
   for (int i = 0; i < 3; ++i) {
@@ -140,61 +155,76 @@ const char* type_name() {
   }
 }
 
-/// "help [unit, range, default …]"
-std::string describe(const OptionInfo& info, const std::string& expected, const std::string& default_text) {
-  std::string notes;
+/// "unit; range; default: …"
+std::string notes(const OptionInfo& info, const std::string& expected, const std::string& default_text) {
+  std::string text;
   for (const std::string& note : {std::string(info.unit), expected}) {
-    if (!note.empty()) notes += note + "; ";
+    if (!note.empty()) text += note + "; ";
   }
-  return fmt::format("{} [{}default: {}]", info.help, notes, default_text);
+  return fmt::format("{}default: {}", text, default_text);
 }
 
-struct AddFlag {
-  CLI::App& app;
+/// An option of a group without what takes its value.
+Option described(const OptionInfo& info, const char* group, const std::string& expected, const std::string& default_text) {
+  return {.name = fmt::format("--{}", info.name),
+          .help = std::string(info.help),
+          .notes = notes(info, expected, default_text),
+          .group = group};
+}
+
+/// Takes a value of a type that read_value() knows.
+template <class T>
+std::function<void(const std::string&)> taker(T& value, const OptionInfo& info, const std::string& expected) {
+  return [&value, info, expected](const std::string& text) {
+    if (!read_value(info, text, value)) reject(expected, text);
+  };
+}
+
+struct AddOption {
+  Command& command;
   const char* group;
 
   template <class T>
   void operator()(const OptionInfo& info, T& value) const {
-    const std::string flag = fmt::format("--{}", info.name);
+    const std::string expected = kIsFlag<T> ? "" : expected_text(info, value);
+    Option option = described(info, group, expected, value_text(value));
     if constexpr (kIsFlag<T>) {
-      const auto set = [&value](std::int64_t count) { value = count > 0; };
-      app.add_flag_function(fmt::format("{},!--no-{}", flag, info.name), set, describe(info, "", value_text(value)))
-          ->group(group);
+      option.negatable = true;
+      option.take = [&value](const std::string& text) { value = text == "on"; };
     } else {
-      const std::string expected = expected_text(info, value);
-      const auto set = [&value, info, flag, expected](const std::string& text) {
-        if (!read_value(info, text, value)) reject(flag, expected, text);
-      };
-      CLI::Option* const option = app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)))
-                                      ->type_name(type_name<T>())
-                                      ->group(group);
-      offer_words(option, value_words<T>());
+      option.value = type_name<T>();
+      option.words = value_words<T>();
+      option.take = taker(value, info, expected);
     }
+    command.add(std::move(option));
   }
 };
 
 /// "--planes N|all": 0 means all in the options, but nobody asks for 0 planes.
-void add_planes(CLI::App& app, OptionInfo info, std::optional<int>& value) {
+void add_planes(Command& command, OptionInfo info, std::optional<int>& value) {
   info.min = 1;
-  const std::string flag = fmt::format("--{}", info.name);
   const std::string expected = expected_text(info, value) + ", or 'all'";
-  const auto set = [&value, info, flag, expected](const std::string& text) {
+  const auto take = [&value, info, expected](const std::string& text) {
     if (text == "all") {
       value = 0;
     } else if (!read_value(info, text, value)) {
-      reject(flag, expected, text);
+      reject(expected, text);
     }
   };
   info.unit = "";
-  CLI::Option* const option = app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(value)));
-  offer_words(option->type_name("N|all")->group(kGroup), {"all"});
+  Option& option = command.add(described(info, group_of(info.used_by), expected, value_text(value)));
+  option.value = "N|all";
+  option.words = {"all"};
+  option.take = take;
 }
 
 /// "--sensor NAME|FILE": a kind, or all that a sensor.json says.
-void add_sensor(CLI::App& app, const OptionInfo& info, SensorOptions& sensor, RunFiles& files) {
-  const std::string flag = fmt::format("--{}", info.name);
+void add_sensor(Command& command, const OptionInfo& info, SensorOptions& sensor, RunFiles& files) {
   const std::string expected = expected_text(info, sensor.kind) + ", or a sensor.json of fransac calibrate";
-  const auto set = [&sensor, &files, flag, expected](const std::string& text) {
+  Option& option = command.add(described(info, group_of(info.used_by), expected, value_text(sensor.kind)));
+  option.value = "NAME|FILE";
+  option.words = enum_words<SensorKind>();
+  option.take = [&sensor, &files, expected](const std::string& text) {
     const std::filesystem::path file(text);
     if (const auto kind = enum_from_name<SensorKind>(text)) {
       sensor = {.kind = *kind};
@@ -202,15 +232,13 @@ void add_sensor(CLI::App& app, const OptionInfo& info, SensorOptions& sensor, Ru
       files.reads(file);
       sensor = unwrap(io::read_sensor_json(file));
     } else {
-      reject(flag, expected, text);
+      reject(expected, text);
     }
   };
-  CLI::Option* const option = app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(sensor.kind)));
-  offer_words(option->type_name("NAME|FILE")->group(kGroup), enum_words<SensorKind>());
 }
 
 /// Reads "NAME=VALUE" into the parameter of that name; `given` are those of the same command line so far.
-void set_parameter(const std::string& flag, const std::string& text, SensorOptions& sensor, std::vector<std::string>& given) {
+void set_parameter(const std::string& text, SensorOptions& sensor, std::vector<std::string>& given) {
   const std::size_t equals = text.find('=');
   const std::string name = text.substr(0, equals);
   std::string known;
@@ -221,53 +249,55 @@ void set_parameter(const std::string& flag, const std::string& text, SensorOptio
     found = true;
     const OptionInfo info{.name = parameter.name, .unit = {}, .help = {}, .min = parameter.min, .max = parameter.max};
     const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
-    if (!read_value(info, number, value)) reject(flag, fmt::format("{}={}", name, expected_text(info, value)), text);
+    if (!read_value(info, number, value)) reject(fmt::format("{}={}", name, expected_text(info, value)), text);
   });
-  if (!found) reject(flag, "NAME=VALUE with a name out of " + known, text);
-  if (std::find(given.begin(), given.end(), name) != given.end()) {
-    throw CLI::ValidationError(flag, fmt::format("'{}' is given twice", name));
-  }
+  if (!found) reject("NAME=VALUE with a name out of " + known, text);
+  if (std::find(given.begin(), given.end(), name) != given.end()) throw InvalidValue{fmt::format("'{}' is given twice", name)};
   given.push_back(name);
 }
 
 /// "--sensor-param NAME=VALUE", once for each.
-void add_sensor_parameters(CLI::App& app, SensorOptions& sensor) {
-  const std::string flag = fmt::format("--{}", kSensorParam);
+void add_sensor_parameters(Command& command, SensorOptions& sensor) {
+  Option option{.name = fmt::format("--{}", kSensorParam),
+                .value = "NAME=VALUE",
+                .notes = "default: by the kind of sensor",
+                .group = group_of(UsedBy::cells),
+                .repeated = true};
   std::string names;
-  std::vector<std::string> words;
   for_each_parameter(sensor, [&](const SensorParameter& parameter, const auto& /*value*/) {
     const std::string range = fmt::format("{}, {} to {}", parameter.unit, parameter.min, parameter.max);
     names += fmt::format("{}{}: {} ({})", names.empty() ? "" : "; ", parameter.name, parameter.help, range);
-    words.push_back(fmt::format("{}=", parameter.name));
+    option.words.push_back(fmt::format("{}=", parameter.name));
   });
-  const auto set = [&sensor, flag](const std::vector<std::string>& texts) {
-    std::vector<std::string> given;
-    for (const std::string& text : texts) set_parameter(flag, text, sensor, given);
+  option.help = "a number of the sensor, once for each: " + names;
+  option.take = [&sensor, given = std::vector<std::string>()](const std::string& text) mutable {
+    set_parameter(text, sensor, given);
   };
-  CLI::Option* const option = app.add_option_function<std::vector<std::string>>(
-      flag, set, fmt::format("a number of the sensor, once for each: {} [default: by the kind of sensor]", names));
-  offer_words(option->type_name("NAME=VALUE")->allow_extra_args(false)->group(kGroup), words);
+  command.add(std::move(option));
 }
 
-void add_methods(CLI::App& app, const OptionInfo& info, std::vector<Method>& methods) {
-  const std::string flag = fmt::format("--{}", info.name);
-  const std::string known = enum_list<Method>();
-  const auto set = [&methods, flag, known](const std::string& text) {
+/// "--method M,M,...": several at once.
+void add_methods(Command& command, const OptionInfo& info, std::vector<Method>& methods) {
+  const std::string known = joined(enum_words<Method>());
+  std::vector<std::string> defaults;
+  for (const Method method : methods) defaults.emplace_back(enum_name(method));
+  const auto take = [&methods, known](const std::string& text) {
     methods.clear();
-    for (const std::string& name : CLI::detail::split(text, ',')) {
+    for (const std::string& name : split(text)) {
       const auto method = enum_from_name<Method>(name);
-      if (!method) reject(flag, "a comma-separated list of " + known, name);
+      if (!method) reject("a comma-separated list of " + known, name);
       if (std::find(methods.begin(), methods.end(), *method) != methods.end()) {
-        throw CLI::ValidationError(flag, fmt::format("'{}' is named twice", name));
+        throw InvalidValue{fmt::format("'{}' is named twice", name)};
       }
       methods.push_back(*method);
     }
   };
-  std::string defaults;
-  for (const Method method : methods) defaults += (defaults.empty() ? "" : ",") + std::string(enum_name(method));
-  CLI::Option* const option = app.add_option_function<std::string>(
-      flag, set, fmt::format("methods, separated by commas, out of {} [default: {}]", known, defaults));
-  offer_words(option->type_name("M,M,..."), enum_words<Method>());
+  command.add({.name = fmt::format("--{}", info.name),
+               .value = "M,M,...",
+               .help = "methods, separated by commas, out of " + known,
+               .notes = "default: " + joined(defaults, ","),
+               .words = enum_words<Method>(),
+               .take = take});
 }
 
 /// "auto", "floor", "table" or a plane's label.
@@ -285,20 +315,22 @@ std::vector<std::string> support_words() {
   return words;
 }
 
-void add_support(CLI::App& app, SupportChoice& support) {
-  const std::string flag = "--support";
+void add_support(Command& command, SupportChoice& support) {
   const std::string expected = fmt::format("auto, floor, table or a plane's label, 1 to {}", kMaxPlanes);
-  const auto set = [&support, flag, expected](const std::string& text) {
+  const auto take = [&support, expected](const std::string& text) {
     const auto choice = parse_support(text);
-    if (!choice) reject(flag, expected, text);
+    if (!choice) reject(expected, text);
     support = *choice;
   };
-  const std::string help =
-      "the plane that obstacles are above or below; auto: the floor, else as table; table: the surface that things stand on; "
-      "where up is not known neither is found";
-  CLI::Option* const option =
-      app.add_option_function<std::string>(flag, set, describe({.help = help}, expected, support_text(support)));
-  offer_words(option->type_name("NAME|N")->group(kObstacleGroup), support_words());
+  command.add({.name = "--support",
+               .value = "NAME|N",
+               .help =
+                   "the plane that obstacles are above or below; auto: the floor, else as table; table: the surface that things "
+                   "stand on; where up is not known neither is found",
+               .notes = fmt::format("{}; default: {}", expected, support_text(support)),
+               .words = support_words(),
+               .group = kObstacleGroup,
+               .take = take});
 }
 
 template <class Options>
@@ -332,83 +364,64 @@ std::string support_text(const SupportChoice& support) {
   return support.kind == SupportKind::plane ? fmt::format("{}", support.plane) : std::string(enum_name(support.kind));
 }
 
-void add_count(CLI::App& app, const std::string& name, int& value, int min, int max, const std::string& help) {
-  const OptionInfo info{"", "", "", static_cast<double>(min), static_cast<double>(max)};
-  const std::string expected = expected_text(info, value);
-  const auto set = [&value, info, name, expected](const std::string& text) {
-    if (!read_value(info, text, value)) reject(name, expected, text);
-  };
-  app.add_option_function<std::string>(name, set, fmt::format("{} [{}; default: {}]", help, expected, value))->type_name("N");
-}
-
-void add_input_options(CLI::App& app, InputOptions& inputs) {
-  CLI::Option* const option = app.add_option_function<std::string>(
-      "--camera", [&inputs](const std::string& name) { inputs.camera = name; },
-      "intrinsics instead of the frames' own: a camera.json, ROS's, Open3D's, RealSense's or ORB-SLAM's file, or freiburg1, "
-      "freiburg2, freiburg3 of the "
-      "TUM benchmark");
-  offer_words(option->type_name("FILE|NAME"), {"freiburg1", "freiburg2", "freiburg3"});
+void add_input_options(Command& command, InputOptions& inputs) {
+  command.add({.name = "--camera",
+               .value = "FILE|NAME",
+               .help =
+                   "intrinsics instead of the frames' own: a camera.json, ROS's, Open3D's, RealSense's or ORB-SLAM's file, or "
+                   "freiburg1, freiburg2, freiburg3 of the TUM benchmark",
+               .words = {"freiburg1", "freiburg2", "freiburg3"},
+               .take = [&inputs](const std::string& text) { inputs.camera = text; }});
   const OptionInfo scale{"depth-scale", "", "raw units of depth per metre, instead of what cameras say: 1000 for millimetres",
                          1.0, 1e6};
-  const std::string expected = expected_text(scale, 0.0);
-  const auto set = [&inputs, scale, expected](const std::string& text) {
-    double value = 0.0;
-    if (!read_value(scale, text, value)) reject("--depth-scale", expected, text);
-    inputs.depth_scale = value;
-  };
-  app.add_option_function<std::string>("--depth-scale", set, fmt::format("{} [{}]", scale.help, expected))->type_name("X");
+  const std::string expected = expected_text(scale, inputs.depth_scale);
+  command.add({.name = "--depth-scale",
+               .value = "X",
+               .help = std::string(scale.help),
+               .notes = expected,
+               .take = taker(inputs.depth_scale, scale, expected)});
   add_count(
-      app, "--max-size", inputs.max_size, 1, std::numeric_limits<int>::max(),
+      command, "--max-size", inputs.max_size, 1, std::numeric_limits<int>::max(),
       fmt::format("largest image or cloud that is read, in pixels or points; compressed clouds may expand to {} bytes for each",
                   io::ReadLimits{1}.max_decoded_bytes()));
 }
 
-void add_seed(CLI::App& app, std::uint64_t& value, const std::string& help) {
+void add_seed(Command& command, std::uint64_t& value, const std::string& help) {
   const std::string expected = expected_text(OptionInfo{}, value);
-  const auto set = [&value, expected](const std::string& text) {
-    if (!read_value(OptionInfo{}, text, value)) reject("--seed", expected, text);
-  };
-  app.add_option_function<std::string>("--seed", set, fmt::format("{} [{}; default: {}]", help, expected, value))->type_name("N");
+  command.add({.name = "--seed",
+               .value = "N",
+               .help = help,
+               .notes = fmt::format("{}; default: {}", expected, value),
+               .take = taker(value, OptionInfo{}, expected)});
 }
 
-void add_output(CLI::App& app, const std::string& name, std::string& value, const std::string& help,
-                const std::string& type_name) {
-  const auto not_empty = [](const std::string& text) { return std::string(text.empty() ? "expected a name, not ''" : ""); };
-  app.add_option(name, value, help)->check(not_empty)->type_name(type_name);
-}
-
-void add_document(CLI::App& app, const std::string& name, std::string& value) {
-  add_output(app, name, value, "results; '-' is standard output, instead of the table", "FILE|-");
-}
-
-void add_segment_options(CLI::App& app, SegmentOptions& options, RunFiles& files, std::vector<Method>* several_methods) {
+void add_segment_options(Command& command, SegmentOptions& options, RunFiles& files, std::vector<Method>* several_methods) {
   for_each_option(options, [&](const OptionInfo& info, auto& value) {
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::optional<int>>) {
-      if (info.name == kPlanes) return add_planes(app, info, value);
+      if (info.name == kPlanes) return add_planes(command, info, value);
     }
     if (info.parameter_of == kSensorParam) return;
-    if (info.name == kSensor) return add_sensor(app, info, options.sensor, files);
-    if (info.name == kMethod && several_methods != nullptr) return add_methods(app, info, *several_methods);
-    AddFlag{app, kGroup}(info, value);
+    if (info.name == kSensor) return add_sensor(command, info, options.sensor, files);
+    if (info.name == kMethod && several_methods != nullptr) return add_methods(command, info, *several_methods);
+    AddOption{command, group_of(info.used_by)}(info, value);
   });
-  add_sensor_parameters(app, options.sensor);
+  add_sensor_parameters(command, options.sensor);
 }
 
-void add_obstacle_options(CLI::App& app, ObstacleRequest& request, const std::string& help) {
-  app.add_flag("--obstacles", request.asked, help)->group(kObstacleGroup);
-  add_support(app, request.options.support);
-  for_each_obstacle_option(request.options, AddFlag{app, kObstacleGroup});
-  // Instead of the parser's own needs(), which fills the help with the word.
-  app.parse_complete_callback([&app, &request] {
-    if (request.asked) return;
-    for (const CLI::Option* option : app.get_options()) {
-      if (option->get_group() == kObstacleGroup && option->count() > 0)
-        throw CLI::RequiresError(option->get_name(), "--obstacles");
-    }
-  });
+void add_obstacle_options(Command& command, ObstacleRequest& request, const std::string& help) {
+  add_flag(command, kObstacles, request.asked, help).group = kObstacleGroup;
+  add_support(command, request.options.support);
+  for_each_obstacle_option(request.options, AddOption{command, kObstacleGroup});
+  need_obstacles(command);
 }
 
-void add_hoover(CLI::App& app, HooverRequest& request) {
+void need_obstacles(Command& command) {
+  for (Option& option : command.options) {
+    if (option.group == kObstacleGroup && option.name != kObstacles && option.needs.empty()) option.needs = {kObstacles};
+  }
+}
+
+void add_hoover(Command& command, HooverRequest& request) {
   const OptionInfo info{.name = "hoover",
                         .unit = "",
                         .help =
@@ -417,30 +430,44 @@ void add_hoover(CLI::App& app, HooverRequest& request) {
                         .min = 0.5,
                         .max = 1.0,
                         .open_min = true};
-  const std::string flag = fmt::format("--{}", info.name);
   const std::string expected = expected_text(info, request.tolerance);
-  const auto set = [&request, info, flag, expected](const std::string& text) {
+  const auto take = [&request, read = taker(request.tolerance, info, expected)](const std::string& text) {
     request.asked = true;
-    if (!read_value(info, text, request.tolerance)) reject(flag, expected, text);
+    read(text);
   };
-  app.add_option_function<std::string>(flag, set, describe(info, expected, value_text(request.tolerance)))
-      ->type_name("[TOLERANCE]");
+  Option option = described(info, "", expected, value_text(request.tolerance));
+  option.value = "[TOLERANCE]";
+  option.left_out = value_text(request.tolerance);
+  option.take = take;
+  command.add(std::move(option));
 }
 
-void add_track_options(CLI::App& app, TrackOptions& options) { for_each_track_option(options, AddFlag{app, kTrackGroup}); }
+void add_track_options(Command& command, TrackOptions& options) {
+  for_each_track_option(options, AddOption{command, kTrackGroup});
+}
 
 SegmentOptions Runs::options_of(Method method) const {
-  SegmentOptions chosen = options;
+  SegmentOptions chosen = method == Method::automatic ? options : used_by(options, method);
   chosen.method = method;
   return chosen;
 }
 
-void add_runs(CLI::App& app, Runs& runs, int max_repeat, const std::string& repeat_help) {
-  add_count(app, "--repeat", runs.repeat, 1, max_repeat, repeat_help);
-  add_input_options(app, runs.inputs);
-  add_segment_options(app, runs.options, runs.inputs.files, &runs.methods);
+void add_runs(Command& command, Runs& runs, int max_repeat, const std::string& repeat_help) {
+  add_count(command, "--repeat", runs.repeat, 1, max_repeat, repeat_help);
+  add_input_options(command, runs.inputs);
+  add_segment_options(command, runs.options, runs.inputs.files, &runs.methods);
 }
 
+void check_options(const Runs& runs) {
+  check_valid(runs.options);
+  static const SegmentOptions kDefaults;
+  const auto check = [&](const OptionInfo& info, const auto& value, const auto& by_default) {
+    const auto uses_it = [&](Method method) { return method == Method::automatic || uses(method, info.used_by); };
+    if (value == by_default || std::any_of(runs.methods.begin(), runs.methods.end(), uses_it)) return;
+    throw UsageError(fmt::format("--{}: means nothing to any method of --method", info.name));
+  };
+  for_each_option_of(check, runs.options, kDefaults);
+}
 void check_options(const SegmentOptions& options) { check_valid(options); }
 void check_options(const ObstacleOptions& options) { check_valid(options); }
 void check_options(const TrackOptions& options) { check_valid(options); }

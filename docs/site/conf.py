@@ -47,7 +47,7 @@ MODULES = {
     "sac": "RANSAC",
     "eval": "Metrics",
     "synth": "Rendered scenes",
-    "io": "Files: `fransac::io` and `fransac::cloud_io`",
+    "io": "Files: `fransac::io`",
     "pcl": "In the place of PCL's classes: `fransac::pcl`",
 }
 # Not for use (Doxyfile).

@@ -36,13 +36,14 @@ void correct_units(const DepthView& depth, const Distortion& distortion, int sat
   const auto width = static_cast<std::size_t>(depth.width());
   const float scale = depth.metres_per_unit();
   const auto kept = static_cast<std::uint16_t>(saturated);  // where there is none: 0, which is kept anyway
+  const auto beside = static_cast<std::uint16_t>(kept == 1 ? 2 : kept - 1);
   for_each_row(depth, distortion, [&](int v, const DistortionRow& row, float x0, float step) {
     const std::uint16_t* const in = depth.row_uint16(v);
     for (std::size_t u = 0; u < width; ++u) {
       const auto raw = static_cast<float>(in[u]);
       const float corrected = raw / factor(row, x0 + step * static_cast<float>(u), scale * raw);
       auto units = static_cast<std::uint16_t>(static_cast<std::int32_t>(std::min(std::max(corrected, 1.0F), kMostUnits) + 0.5F));
-      if (units == kept) --units;  // is a measurement still
+      if (units == kept) units = beside;  // is a measurement still
       out[u] = in[u] == 0 || in[u] == kept ? in[u] : units;
     }
     out += width;
@@ -50,13 +51,15 @@ void correct_units(const DepthView& depth, const Distortion& distortion, int sat
 }
 
 void correct_metres(const DepthView& depth, const Distortion& distortion, float* out) {
+  constexpr float kLeast_m = std::numeric_limits<float>::denorm_min();  // is a measurement still, as is the largest depth
   const auto width = static_cast<std::size_t>(depth.width());
   for_each_row(depth, distortion, [&](int v, const DistortionRow& row, float x0, float step) {
     const float* const in = depth.row_float(v);
     for (std::size_t u = 0; u < width; ++u) {
       const float z = in[u];
       const bool measured = z > 0.0F && z <= kMaxDepth_m;
-      out[u] = measured ? z / factor(row, x0 + step * static_cast<float>(u), z) : z;
+      const float corrected = z / factor(row, x0 + step * static_cast<float>(u), z);
+      out[u] = measured ? std::min(std::max(corrected, kLeast_m), kMaxDepth_m) : z;
     }
     out += width;
   });

@@ -107,7 +107,7 @@ class DepthRows {
     if constexpr (std::is_same_v<Raw, float>) {
       min_ = local.min;
       max_ = std::min(local.max, kMostRaw);
-      if (min_ > max_) {  // nothing: both limits may lie between the same two floats
+      if (!(min_ <= max_ && max_ >= 0.0F)) {  // nothing: both limits may lie between the same two floats, or behind the camera
         min_ = 1.0F;
         max_ = 0.0F;
       }

@@ -452,8 +452,9 @@ void clear(const Eigen::Vector3d& origin_m, VoxelGrid& grid) {
 }
 
 Status check_leaf_size(double leaf_size_m) {
-  if (leaf_size_m > 0.0 && std::isfinite(leaf_size_m)) return {};
-  return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres"};
+  constexpr double kLargest_m = 1e30;  // the middle of a larger leaf may be no float
+  if (leaf_size_m > 0.0 && leaf_size_m <= kLargest_m) return {};
+  return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres, at most 1e30"};
 }
 
 Status voxel_grid(const PointCloud& cloud, double leaf_size_m, LeafPoint leaf_point, VoxelGrid& grid, int threads) {

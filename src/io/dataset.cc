@@ -2,17 +2,15 @@
 #include "fransac/io/dataset.hpp"
 
 #include <algorithm>
-#include <array>
 #include <system_error>
 #include <utility>
 
 #include "fransac/io/camera_file.hpp"
 #include "fransac/io/file.hpp"
+#include "io/dataset_json.h"
 #include "io/detect.h"
 #include "io/guard.h"
-#include "io/json.h"
 #include "io/read_text.h"
-#include "io/text.h"
 #include "io/tum_list.h"
 
 namespace fransac::io {
@@ -22,9 +20,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxListBytes = std::size_t{1} << 26;  // a million images
 constexpr std::size_t kMaxJsonBytes = std::size_t{1} << 20;  // dataset.json: two words
-
-constexpr std::array<std::pair<Truth, const char*>, 3> kTruthNames{
-    {{Truth::none, "none"}, {Truth::dominant, "dominant"}, {Truth::planes, "planes"}}};
 
 std::optional<fs::path> if_file(const fs::path& path) { return is_file(path) ? std::optional(path) : std::nullopt; }
 
@@ -77,48 +72,12 @@ FrameFiles frame_among_many(const fs::path& depth, const std::optional<fs::path>
   return frame;
 }
 
-/// What dataset.json says.
-struct DatasetJson {
-  Truth truth = Truth::none;
-  std::string sensor;
-  std::optional<int> floor;
-};
-
-Result<std::string> string_field(const Json& object, const char* field, const char* otherwise, const std::string& name) {
-  const Json* const found = object.find(field);
-  if (found == nullptr) return std::string(otherwise);
-  if (found->string() == nullptr) return field_error(name, field, std::string("must be a string, not ") + found->type_name());
-  return *found->string();
-}
-
-Result<DatasetJson> read_dataset_json(const fs::path& file) {
-  const Result<std::vector<std::byte>> bytes = read_file(file, kMaxJsonBytes);
-  if (!bytes) return bytes.error();
-  const std::string name = file.string();
-  const Result<Json> object = parse_json_object(as_text(*bytes), name);
-  if (!object) return object.error();
-  const Result<std::string> truth = string_field(*object, "truth", "none", name);
-  if (!truth) return truth.error();
-  Result<std::string> sensor = string_field(*object, "sensor", "", name);
-  if (!sensor) return sensor.error();
-  const auto* const known =
-      std::find_if(kTruthNames.begin(), kTruthNames.end(), [&](const auto& entry) { return entry.second == *truth; });
-  if (known == kTruthNames.end()) return field_error(name, "truth", R"(must be "none", "dominant" or "planes")");
-  DatasetJson json{known->first, *std::move(sensor), {}};
-  if (object->find("floor") != nullptr) {
-    const Result<int> floor = label_field(*object, "floor", "floor", name);
-    if (!floor) return floor.error();
-    json.floor = *floor;
-  }
-  return json;
-}
-
 /// Truth and sensor from the first dataset.json among `folders`; without one, labels are taken for all planes.
 Status describe(Dataset& dataset, std::initializer_list<fs::path> folders) {
   for (const fs::path& folder : folders) {
     if (!is_file(folder / "dataset.json")) continue;
     dataset.files.push_back(folder / "dataset.json");
-    Result<DatasetJson> json = read_dataset_json(dataset.files.back());
+    Result<DatasetJson> json = read_text(dataset.files.back(), kMaxJsonBytes, &parse_dataset_json);
     if (!json) return json.error();
     dataset.truth = json->truth;
     dataset.sensor = std::move(json->sensor);
@@ -251,13 +210,7 @@ Result<Dataset> list_frames(const fs::path& input) {
 }
 
 Status write_dataset_json(const fs::path& folder, Truth truth, const std::string& sensor) {
-  return guarded(folder.native(), [&] {
-    const auto* const known =
-        std::find_if(kTruthNames.begin(), kTruthNames.end(), [&](const auto& entry) { return entry.first == truth; });
-    Json object = Json::object("truth", known->second);
-    if (!sensor.empty()) object.add("sensor", sensor);
-    return write_file(folder / "dataset.json", object.text());
-  });
+  return guarded(folder.native(), [&] { return write_file(folder / "dataset.json", dataset_to_json({truth, sensor, {}})); });
 }
 
 }  // namespace fransac::io

@@ -11,13 +11,30 @@
 namespace fransac {
 namespace {
 
-/// The first option that was set but that only `cells` knows; empty: there is none.
-std::string_view option_of_cells(const CellsOptions& cells) {
-  if (cells.parallel_to) return "parallel-to";
-  if (cells.perpendicular_to) return "perpendicular-to";
-  if (cells.residuals) return "residuals";
-  if (cells.min_confidence != CellsOptions{}.min_confidence) return "min-confidence";
-  return {};
+/// "cells"; "fransac, voxel-ransac"
+std::string names_of(UsedBy users) {
+  std::string names;
+  for (const Method method : {Method::cells, Method::fransac, Method::voxel_ransac, Method::rransac, Method::ransac}) {
+    if (uses(method, users)) names += (names.empty() ? "" : ", ") + std::string(enum_name(method));
+  }
+  return names;
+}
+
+/// Refuses what was chosen but means nothing to the method.
+Status check_uses(const SegmentOptions& options) {
+  if (options.method == Method::automatic) return {};
+  static const SegmentOptions kDefaults;
+  Status status;
+  const auto check = [&](const OptionInfo& info, const auto& value, const auto& by_default) {
+    const bool of_sensor = info.name == "sensor" || info.parameter_of == "sensor-param";
+    if (of_sensor && !options.sensor.distortion.empty()) return;  // which is of use to all methods
+    if (!status || uses(options.method, info.used_by) || value == by_default) return;
+    status =
+        Error{ErrorCode::invalid_argument, RangeCheck::full_name(info) + ": means nothing to method " +
+                                               std::string(enum_name(options.method)) + ", only to " + names_of(info.used_by)};
+  };
+  for_each_option_of(check, options, kDefaults);
+  return status;
 }
 
 }  // namespace
@@ -27,6 +44,16 @@ const AxisLimits* limits_of(const SegmentOptions& options, Method method, bool d
   // A cloud's axes mean nothing by themselves.
   const bool by_method = parts_of(method).pass_through && depth_image;
   return options.pass_through.use.value_or(chosen || by_method) ? &options.pass_through.limits : nullptr;
+}
+
+SegmentOptions used_by(const SegmentOptions& options, Method method) {
+  SegmentOptions used = options;
+  const SegmentOptions defaults;
+  const auto reset = [method](const OptionInfo& info, auto& value, const auto& by_default) {
+    if (!uses(method, info.used_by)) value = by_default;
+  };
+  for_each_option_of(reset, used, defaults);
+  return used;
 }
 
 Status validate(const SegmentOptions& options) try {
@@ -40,12 +67,7 @@ Status validate(const SegmentOptions& options) try {
   }
   if (Status status = validate(options.sensor); !status)
     return Error{status.error().code, "sensor-param " + status.error().message};
-  const bool may_be_cells = options.method == Method::automatic || options.method == Method::cells;
-  if (const std::string_view name = option_of_cells(options.cells); !name.empty() && !may_be_cells) {
-    return Error{ErrorCode::invalid_argument,
-                 std::string(name) + ": means nothing to method " + std::string(enum_name(options.method)) + ", only to cells"};
-  }
-  return {};
+  return check_uses(options);
 } catch (const std::exception& exception) {
   return caught(exception, "options");
 }

@@ -17,6 +17,11 @@ namespace fransac {
 struct RangeCheck {
   Status status;
 
+  /// As messages name it: "threshold", "sensor-param baseline".
+  static std::string full_name(const OptionInfo& info) {
+    return info.parameter_of.empty() ? std::string(info.name) : std::string(info.parameter_of) + " " + std::string(info.name);
+  }
+
   template <class T>
   void operator()(const OptionInfo& info, const std::optional<T>& value) {
     if (value) (*this)(info, *value);
@@ -43,11 +48,6 @@ struct RangeCheck {
   }
 
  private:
-  /// As messages name it: "threshold", "sensor-param baseline".
-  static std::string full_name(const OptionInfo& info) {
-    return info.parameter_of.empty() ? std::string(info.name) : std::string(info.parameter_of) + " " + std::string(info.name);
-  }
-
   /// "between 0 and 1 (exclusive)", "above 0 m", …
   static std::string range_text(const OptionInfo& info) {
     const std::string unit = info.unit.empty() ? "" : " " + std::string(info.unit);

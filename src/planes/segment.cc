@@ -510,6 +510,10 @@ Status segment_source(const Source& source, const SegmentOptions& options, Works
 /// `cells`, or what `automatic` makes of the cloud: its depth image is segmented where there is one.
 Status segment_organised(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace,
                          Segmentation& segmentation) try {
+  if (Status status = validate(options); !status) {  // the distortion too, which is left out below
+    reset(segmentation, Method::cells, 0, 0);
+    return status;
+  }
   Timing before;
   StageClock clock(before);
   OrganisedDepth& organised = workspace.impl().organised;

@@ -202,9 +202,10 @@ constexpr double kLeastVariance = 1e-14;
 /// Squared angle that a normal is uncertain by.
 double spread(const Matrix3& covariance) { return covariance.topLeftCorner<2, 2>().trace(); }
 
-/// The cheapest pairs first, each side once.
+/// The cheapest pairs first, each side once. Costs that are no numbers, of things beyond all measure, are none.
 template <class Take>
 void match(std::vector<Pair>& pairs, std::size_t tracks, std::size_t measured, const Take& take) {
+  std::erase_if(pairs, [](const Pair& pair) { return std::isnan(pair.cost); });
   std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
     if (a.cost != b.cost) return a.cost < b.cost;
     return a.track != b.track ? a.track < b.track : a.measured < b.measured;
@@ -243,8 +244,8 @@ struct Tracker::Impl {
   Sightings plane_sightings;
   Sightings object_sightings;
 
-  /// Forgets what is followed, but never gives an id again.
-  void lose_track();
+  /// Forgets what is followed and what the frame says of it, but never gives an id again.
+  void lose_track(TrackedFrame& frame);
   void measure(const Segmentation& segmentation);
   [[nodiscard]] std::vector<Pair> plane_pairs(const Eigen::Isometry3d& T, double rotation, double translation) const;
   [[nodiscard]] bool estimate_pose(const Eigen::Isometry3d& guess, Eigen::Isometry3d& T, Matrix6& pose_covariance) const;
@@ -480,6 +481,31 @@ Status validate(const TrackOptions& options) try {
 
 namespace {
 
+constexpr double kRounding = 1e-3;  // of unit vectors and rotations from elsewhere
+
+bool is_rigid(const Eigen::Isometry3d& T) {
+  const Matrix3 R = T.linear();
+  return T.matrix().allFinite() && (R * R.transpose()).isIdentity(kRounding) && R.determinant() > 0.0;
+}
+
+bool is_sound(const PlaneSegment& plane) {
+  return std::abs(plane.plane.normal.norm() - 1.0) <= kRounding && std::isfinite(plane.plane.d) && plane.centroid.allFinite() &&
+         plane.covariance.allFinite() && std::isfinite(plane.area_m2) && plane.area_m2 >= 0.0;
+}
+
+/// The i-th of a frame.
+bool is_sound(const Obstacle& obstacle, std::size_t i) {
+  return at(obstacle.id) == i + 1 && obstacle.box.centre.allFinite() && obstacle.box.size.allFinite() &&
+         (obstacle.box.size.array() >= 0.0).all();
+}
+
+bool is_finite(const TrackedFrame& frame) {
+  const auto finite = [](const TrackedPlane& p) {
+    return p.plane.normal.allFinite() && std::isfinite(p.plane.d) && p.covariance.allFinite();
+  };
+  return frame.T_world_camera.matrix().allFinite() && std::all_of(frame.planes.begin(), frame.planes.end(), finite);
+}
+
 bool fills(std::size_t labels, int width, int height) { return width >= 0 && height >= 0 && labels == at(width) * at(height); }
 
 Status check_input(const Segmentation& segmentation, const Obstacles* obstacles,
@@ -488,17 +514,19 @@ Status check_input(const Segmentation& segmentation, const Obstacles* obstacles,
   if (segmentation.method != Method::cells) {
     return Error{ErrorCode::unsupported, "tracking needs the planes' covariances, which only the method cells gives"};
   }
-  if (T_world_camera && !T_world_camera->matrix().allFinite()) return invalid("the camera's pose is not finite");
+  if (T_world_camera && !is_rigid(*T_world_camera)) return invalid("the camera's pose is no finite rotation and translation");
   if (!fills(segmentation.labels.size(), segmentation.width, segmentation.height)) {
     return invalid("the planes' label image has not the size that it says");
   }
-  for (const PlaneSegment& plane : segmentation.planes) {
-    const bool finite = plane.plane.normal.allFinite() && std::isfinite(plane.plane.d) && plane.centroid.allFinite() &&
-                        plane.covariance.allFinite() && std::isfinite(plane.area_m2);
-    if (!finite) return invalid("a plane is not finite");
+  const auto& planes = segmentation.planes;
+  if (!std::all_of(planes.begin(), planes.end(), [](const PlaneSegment& plane) { return is_sound(plane); })) {
+    return invalid("a plane is not finite, or its normal is no unit vector");
   }
   if (obstacles != nullptr && !fills(obstacles->labels.size(), obstacles->width, obstacles->height)) {
     return invalid("the obstacles' label image has not the size that it says");
+  }
+  for (std::size_t i = 0; obstacles != nullptr && i < obstacles->obstacles.size(); ++i) {
+    if (!is_sound(obstacles->obstacles[i], i)) return invalid("an obstacle's box is not finite, or its id not its place");
   }
   return {};
 }
@@ -512,7 +540,8 @@ Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 void Tracker::reset() { *impl_ = Impl(impl_->options); }
 
-void Tracker::Impl::lose_track() {
+void Tracker::Impl::lose_track(TrackedFrame& frame) {
+  frame = {};
   Impl fresh(options);
   fresh.next_plane = next_plane;
   fresh.next_object = next_object;
@@ -549,11 +578,11 @@ Status Tracker::update(const Segmentation& segmentation, const Obstacles* obstac
   t.pose = T;
   t.started = true;
   frame.T_world_camera = T;
-  return {};
+  if (is_finite(frame)) return {};
+  t.lose_track(frame);
+  return Error{ErrorCode::invalid_argument, "planes, pose and options have numbers too large or too small to work with"};
 } catch (const std::exception& exception) {
-  frame.planes.clear();
-  frame.objects.clear();
-  impl_->lose_track();  // part of it is of this frame, part of the one before
+  impl_->lose_track(frame);  // part of it is of this frame, part of the one before
   return caught(exception, "tracker");
 }
 

@@ -31,6 +31,11 @@ def options_of_help(command):
     return [name for line in lines for name in line.split(",")]
 
 
+def shown_options(command):
+    """Name and example of every option in `fransac COMMAND -h`."""
+    return re.findall(r"^  (-\S+).*\n +e\.g\. (.*)", fransac(command, "-h"), re.M)
+
+
 def needs(tool):
     return unittest.skipUnless(shutil.which(tool), f"{tool} is not installed")
 
@@ -86,6 +91,28 @@ class Manual(Files):
         self.assertEqual(complaints, [])
 
 
+class ShortHelp(Files):
+    def test_its_examples_do_what_they_say(self):
+        fransac("synth", f"{self.folder.name}/desks")
+        fransac("synth", f"{self.folder.name}/walk", "--motion", "walk", "--frames", "3", "--width", "160", "--height", "120")
+        os.rename(f"{self.folder.name}/desks/desk_0_0", f"{self.folder.name}/desk")
+        fransac("segment", f"{self.folder.name}/desk", "--cloud", f"{self.folder.name}/scan.pcd")
+        for name in ("depth.png", "camera.json"):
+            shutil.copy(f"{self.folder.name}/desk/{name}", self.folder.name)
+        os.rename(f"{self.folder.name}/walk", f"{self.folder.name}/frames")
+        for link in ("walk", "sequence", "rooms"):
+            os.symlink("frames", f"{self.folder.name}/{link}")
+        for command in COMMANDS:
+            shown = shown_options(command)
+            self.assertGreater(len(shown), 1, command)
+            for option, example in shown:
+                with self.subTest(example):
+                    words = example.split()
+                    self.assertIn(option, words)
+                    done = run(FRANSAC, *words[1:], cwd=self.folder.name)
+                    self.assertEqual(done.returncode, 0, done.stderr)
+
+
 class Completion(Files):
     # What is typed (the last word is completed), and what must be offered.
     CASES = [
@@ -109,7 +136,7 @@ class Completion(Files):
         return self.written(f"completion.{shell}", fransac("completion", shell))
 
     def bash(self, *words):
-        typed = " ".join(f"'{word}'" for word in ("fransac", *words))
+        typed = " ".join(f"'{word}'" for word in (FRANSAC, *words))
         source = f"source {self.script('bash')}; COMP_WORDS=({typed}); COMP_CWORD={len(words)}; _fransac; printf '%s\\n' \"${{COMPREPLY[@]}}\""
         done = run("bash", "-c", source, cwd=self.folder.name)
         self.assertEqual(done.stderr, "")
@@ -124,6 +151,7 @@ class Completion(Files):
         self.assertEqual(self.bash("segment", "--threshold", ""), [])
         self.assertEqual(self.bash("report", "--out", "dep"), [])
         self.assertEqual(self.bash(""), [*COMMANDS, "-h", "--help", "--version"])
+        self.assertEqual(self.bash("segment", "--method=vox"), ["--method=voxel-ransac"])  # other shells do not
 
     def test_bash_offers_every_option(self):
         for command in COMMANDS:
@@ -135,7 +163,7 @@ class Completion(Files):
         self.assertEqual(run("fish", "-n", script).stderr, "")
         for typed, offered in self.CASES:
             with self.subTest(" ".join(typed)):
-                done = run("fish", "--no-config", "-c", f"source {script}; complete -C '{' '.join(['fransac', *typed])}'", cwd=self.folder.name)
+                done = run("fish", "--no-config", "-c", f"set PATH {os.path.dirname(FRANSAC)} $PATH; source {script}; complete -C '{' '.join(['fransac', *typed])}'", cwd=self.folder.name)
                 self.assertEqual([line.split("\t")[0] for line in done.stdout.splitlines()], offered, done.stderr)
 
     @needs("zsh")

@@ -3,12 +3,11 @@
 """Runs golden cases of the command line.
 
   run_cases.py list FILE                          names of the cases
-  run_cases.py run FILE NAME FRANSAC [FEATURE …]  runs one; exit code 77 when it needs a feature that is not there
+  run_cases.py run FILE NAME FRANSAC              runs one
 
 A *.cases file is lines of a keyword and its text; '#' comments. Each case runs in a fresh folder:
 
   case NAME            begins a case
-  needs FEATURE        skip without it
   make KIND ARG …      an input, by the function of that name in inputs.py
   run ARG …            what follows "fransac" (shell quoting); several: one after the other, the last one is looked at
   stdout-to FILE       where stdout goes; "closed" is a pipe that nobody reads
@@ -168,17 +167,14 @@ def check_case(case, result, folder, before):
                 check_object_ids(folder, stdout, text)
             elif keyword == "csv":
                 check_csv(folder, text)
-            elif keyword not in ("needs", "make", "run", "stdout-to", "exit", "partial"):
+            elif keyword not in ("make", "run", "stdout-to", "exit", "partial"):
                 sys.exit(f"unknown keyword '{keyword}'")
         check_always(case, result.returncode, stdout, stderr, before, snapshot(folder))
     except (AssertionError, LookupError, ValueError, OSError) as error:
         sys.exit(f"FAILED: {error!r}\n--- stdout\n{stdout}\n--- stderr\n{stderr}")
 
 
-def run_case(case, fransac, features):
-    if any(keyword == "needs" and text not in features for keyword, text in case):
-        print("skipped: the build lacks what this case needs")
-        sys.exit(77)
+def run_case(case, fransac):
     stdout_to = next((text for keyword, text in case if keyword == "stdout-to"), None)
     with tempfile.TemporaryDirectory(prefix="fransac_cli_") as name:
         folder = Path(name)
@@ -199,7 +195,7 @@ def main():
     if action == "list":
         print("\n".join(cases))
     else:
-        run_case(cases[rest[0]], rest[1], rest[2:])
+        run_case(cases[rest[0]], rest[1])
 
 
 main()

@@ -20,12 +20,11 @@ ARROWS = {
     "eval": {"core"},
     "synth": {"core"},
     "io": {"core"},
-    "cloud_io": {"core", "io"},
     # The one-line façade over segmentation.
     "facade": {"core", "planes"},
     # Programs and bindings know public headers only, whichever they like.
     "python": {"core", "filter", "sac", "planes", "obstacles", "track", "calibrate", "eval", "synth", "io", "facade"},
-    "apps": {"core", "filter", "sac", "planes", "obstacles", "track", "calibrate", "eval", "synth", "io", "cloud_io", "facade"},
+    "apps": {"core", "filter", "sac", "planes", "obstacles", "track", "calibrate", "eval", "synth", "io", "facade"},
     # So do adapters; their headers stand under include/ of their own.
     "adapters": {"core", "filter", "sac", "planes"},
 }
@@ -36,7 +35,6 @@ OUTSIDE = {
     "core": {"tbb", "pthread.h"},
     "kernels": {"hwy"},
     "io": {"nlohmann", "libdeflate.h", "spng.h", "tiffio.h", "turbojpeg.h", "yaml-cpp", "dirent.h", "fcntl.h", "sys", "unistd.h"},
-    "cloud_io": {"pcl", "boost"},
     "adapters": {"pcl"},
     "apps": {"CLI", "fmt", "nlohmann", "fcntl.h", "sys", "unistd.h"},
     "python": {"nanobind"},
@@ -49,7 +47,6 @@ THREAD_HEADERS = {"thread", "future", "execution", "omp.h", "pthread.h", "tbb"}
 
 # Files of a module that live in another one's folder.
 RESIDENTS = {
-    "include/fransac/io/cloud_file.hpp": "cloud_io",
     "include/fransac/fransac.hpp": "facade",
     "include/fransac/version.hpp": "facade",
     "include/fransac/version.hpp.in": "facade",

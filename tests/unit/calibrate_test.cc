@@ -291,6 +291,24 @@ TEST(Correct, WhatIsNoMeasurementStays) {
   EXPECT_NE(corrected.metres[4], 2.0F);
 }
 
+TEST(Correct, WhatIsMeasuredStaysMeasured) {
+  Distortion distortion{.width = 4, .height = 2};
+  std::vector<float> metres(8, kMaxDepth_m);
+  std::fill_n(metres.begin(), 4, std::numeric_limits<float>::denorm_min());
+  for (const double sign : {1.0, -1.0}) {
+    distortion.gain[0] = distortion.gain[2] = 0.8 * sign;
+    CorrectedDepth corrected;
+    ASSERT_TRUE(correct(DepthView::from_float(metres.data(), 4, 2), distortion, 0, corrected));
+    for (int u = 0; u < 4; ++u) {
+      EXPECT_GT(corrected.view.metres(u, 0), 0.0F) << u;
+      EXPECT_GT(corrected.view.metres(u, 1), 0.0F) << u;
+    }
+    const std::vector<std::uint16_t> units(8, 2);
+    ASSERT_TRUE(correct(DepthView::from_uint16(units.data(), 4, 2, 1000.0), distortion, 1, corrected));
+    for (const std::uint16_t corrected_units : corrected.units) EXPECT_GT(corrected_units, 1);
+  }
+}
+
 TEST(Correct, NoPixelMovesByMoreThanAFactorOfTwo) {
   std::vector<float> metres(80 * 60, 5.0F);
   for (const double size : {-1.0, 1.0}) {

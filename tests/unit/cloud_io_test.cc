@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pcl/console/print.h>
+#include <pcl/io/lzf.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
@@ -16,10 +17,11 @@
 #include <sstream>
 #include <string>
 
-#include "cloud_io/formats.h"
 #include "fransac/core/random.hpp"
 #include "fransac/io/cloud_file.hpp"
 #include "fransac/io/overlay.hpp"
+#include "io/cloud_formats.h"
+#include "io/lzf.h"
 #include "unit/temporary_folder.h"
 
 namespace fransac::io {
@@ -601,6 +603,68 @@ TEST(Ply, AHeaderTakesTimeInProportionToItsSize) {
     const double few = seconds_of(2000, what);
     EXPECT_LT(seconds_of(100000, what), 500.0 * std::max(few, 1e-3)) << what;  // 2500 times with the square
   }
+}
+
+/// Bytes of some length, out of an alphabet of some size, with some of them repeated from before: all that LZF tells apart.
+std::vector<std::uint8_t> some_bytes(RandomStream& random) {
+  const std::uint32_t letters = 1 + random.below(random.below(2) == 0 ? 3 : 256);
+  std::vector<std::uint8_t> bytes(random.below(20000));
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(random.below(letters));
+  for (int repeats = 0; repeats < 20 && bytes.size() > 1; ++repeats) {
+    const std::size_t from = random.below(static_cast<std::uint32_t>(bytes.size()));
+    const std::size_t to = random.below(static_cast<std::uint32_t>(bytes.size()));
+    const std::size_t most = bytes.size() - std::max(from, to);
+    std::copy_n(std::vector(bytes.begin() + static_cast<std::ptrdiff_t>(from), bytes.end()).begin(),
+                random.below(static_cast<std::uint32_t>(std::min<std::size_t>(most, 600))),
+                bytes.begin() + static_cast<std::ptrdiff_t>(to));
+  }
+  return bytes;
+}
+
+TEST(Lzf, WhatOneWritesTheOtherReads) {
+  RandomStream random(3, 0);
+  for (int round = 0; round < 200; ++round) {
+    const std::vector<std::uint8_t> plain = some_bytes(random);
+    const std::string ours = compress_lzf(plain);
+    EXPECT_LE(ours.size(), plain.size() + plain.size() / 32 + 1);
+    std::vector<std::uint8_t> back(plain.size());
+    const std::span ours_bytes(reinterpret_cast<const std::uint8_t*>(ours.data()), ours.size());
+    ASSERT_TRUE(expand_lzf(ours_bytes, back)) << round;
+    ASSERT_EQ(back, plain) << round;
+    if (plain.empty()) continue;
+    std::fill(back.begin(), back.end(), std::uint8_t{0});
+    ASSERT_EQ(
+        pcl::lzfDecompress(ours.data(), static_cast<unsigned>(ours.size()), back.data(), static_cast<unsigned>(back.size())),
+        plain.size());
+    ASSERT_EQ(back, plain) << round;
+
+    std::vector<std::uint8_t> theirs(plain.size() * 2 + 100);
+    const unsigned size =
+        pcl::lzfCompress(plain.data(), static_cast<unsigned>(plain.size()), theirs.data(), static_cast<unsigned>(theirs.size()));
+    if (size == 0) continue;  // what is too short for it
+    std::fill(back.begin(), back.end(), std::uint8_t{0});
+    ASSERT_TRUE(expand_lzf(std::span(theirs).first(size), back)) << round;
+    ASSERT_EQ(back, plain) << round;
+    EXPECT_LE(ours.size(), 1.1 * size + 16) << round;
+  }
+}
+
+TEST(Lzf, DamagedBytesAreRefused) {
+  const auto expands = [](std::initializer_list<std::uint8_t> compressed, std::size_t size) {
+    std::vector<std::uint8_t> plain(size);
+    return expand_lzf(std::span(compressed.begin(), compressed.size()), plain);
+  };
+  EXPECT_TRUE(expands({2, 'a', 'b', 'c'}, 3));
+  EXPECT_FALSE(expands({2, 'a', 'b', 'c'}, 4));
+  EXPECT_FALSE(expands({2, 'a', 'b', 'c'}, 2));
+  EXPECT_FALSE(expands({2, 'a', 'b'}, 3));
+  EXPECT_TRUE(expands({0, 'a', 0x20, 0}, 4));         // one byte, and three more like it
+  EXPECT_FALSE(expands({0, 'a', 0x20, 1}, 4));        // from before the beginning
+  EXPECT_FALSE(expands({0, 'a', 0x20}, 4));           // the distance is missing
+  EXPECT_TRUE(expands({0, 'a', 0xe0, 255, 0}, 265));  // the longest
+  EXPECT_FALSE(expands({0, 'a', 0xe0}, 265));
+  EXPECT_FALSE(expands({0, 'a', 0xe0, 255}, 265));
+  EXPECT_FALSE(expands({0, 'a', 0xe0, 255, 0}, 264));
 }
 
 TEST(Ply, ForeignExtentsMustFit) {

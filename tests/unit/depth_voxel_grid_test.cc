@@ -489,7 +489,7 @@ TEST(DepthVoxelGrid, AbsurdLeafSizes) {
   VoxelGrid grid;
   for (const DepthFormat format : kFormats) {
     for (const double leaf_size_m : {0.0, -0.02, std::nan(""), std::numeric_limits<double>::infinity(), 1e-300, 1e-12,
-                                     std::numeric_limits<double>::denorm_min()}) {
+                                     std::numeric_limits<double>::denorm_min(), 1e31, 1e300}) {
       const Status status = voxel_grid(frame.view(format), frame.camera, {.leaf_size_m = leaf_size_m}, grid);
       ASSERT_FALSE(status) << leaf_size_m;
       EXPECT_EQ(status.error().code, ErrorCode::invalid_argument);
@@ -500,9 +500,6 @@ TEST(DepthVoxelGrid, AbsurdLeafSizes) {
       expect_grid(frame.view(format), frame.camera, {.leaf_size_m = leaf_size_m}, grid);
       EXPECT_EQ(grid.leaves.size(), 4U);
     }
-    ASSERT_TRUE(voxel_grid(frame.view(format), frame.camera, {.leaf_size_m = 1e300}, grid));
-    EXPECT_EQ(grid.points,
-              static_cast<std::uint64_t>(std::count_if(frame.units.begin(), frame.units.end(), [](auto d) { return d > 0; })));
   }
 }
 

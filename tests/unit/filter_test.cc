@@ -424,9 +424,9 @@ TEST(VoxelGrid, TooManyLeavesIsAnError) {
   error_of(testing::cloud_of({{0, 0, 0}, {1, 1, 1}}, Vector3d::Constant(std::nan(""))), 0.02);
 }
 
-TEST(VoxelGrid, LeafSizeMustBePositive) {
+TEST(VoxelGrid, LeafSizeMustBePositiveAndItsMiddleAFloat) {
   VoxelGrid grid;
-  for (const double leaf_size_m : {0.0, -0.02, std::nan(""), std::numeric_limits<double>::infinity()}) {
+  for (const double leaf_size_m : {0.0, -0.02, std::nan(""), std::numeric_limits<double>::infinity(), 1e31}) {
     for (const PointCloud& cloud : {hand_made(), PointCloud()}) {
       const Status status = voxel_grid(cloud, leaf_size_m, LeafPoint::centroid, grid);
       ASSERT_FALSE(status) << leaf_size_m;

@@ -238,6 +238,17 @@ TEST(SegmentOrganised, PointsAreNotCorrectedAsDepthIs) {
   testing::expect_same(*corrected, *plain);
 }
 
+TEST(SegmentOrganised, ADistortionThatIsNoneIsRefusedAsForDepthImages) {
+  FloatImage image(testing::small_camera());
+  image.draw(*make_plane({0.2, -0.5, -1.0}, 1.5));
+  SegmentOptions options;
+  options.sensor.distortion = {.width = 80, .height = 60};
+  options.sensor.distortion.gain[0] = std::nan("");
+  const auto of_cloud = segment(cloud_of_image(image), options);
+  ASSERT_FALSE(of_cloud);
+  EXPECT_THAT(of_cloud.error().message, HasSubstr("distortion gain"));
+}
+
 TEST(SegmentOrganised, OtherCloudsAreForFransac) {
   for (const Refused& refused : refused_clouds()) {
     SegmentOptions options;

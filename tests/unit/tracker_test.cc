@@ -443,6 +443,47 @@ TEST(Tracker, RefusesWhatItCannotFollow) {
   Isometry3d T = Isometry3d::Identity();
   T.translation().x() = kNan;
   EXPECT_EQ(code_of(good, T), ErrorCode::invalid_argument);
+  T = Isometry3d::Identity();
+  T.linear() *= 2.0;
+  EXPECT_EQ(code_of(good, T), ErrorCode::invalid_argument);
+  bad = good;
+  bad.planes[0].plane.normal *= 2.0;
+  EXPECT_EQ(code_of(bad), ErrorCode::invalid_argument);
+  bad = good;
+  bad.planes[0].area_m2 = -1.0;
+  EXPECT_EQ(code_of(bad), ErrorCode::invalid_argument);
+}
+
+TEST(Tracker, RefusesObstaclesThatItCannotFollow) {
+  const Segmentation good = seen_from(walk(0), {kFloor});
+  Obstacles obstacles;
+  obstacles.obstacles.resize(1);
+  const auto follows = [&] {
+    TrackedFrame frame;
+    return Tracker().update(good, &obstacles, std::nullopt, frame).ok();
+  };
+  EXPECT_FALSE(follows()) << "its id is 0";
+  obstacles.obstacles[0].id = 1;
+  EXPECT_TRUE(follows());
+  obstacles.obstacles[0].box.size.y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(follows());
+}
+
+TEST(Tracker, StartsAnewAfterNumbersThatAreTooLarge) {
+  const Segmentation frame_seen = seen_from(walk(0), {kFloor});
+  Tracker tracker;
+  TrackedFrame frame;
+  ASSERT_TRUE(tracker.update(frame_seen, nullptr, std::nullopt, frame).ok());
+  const int id = frame.planes.at(0).id;
+  Isometry3d far = Isometry3d::Identity();
+  far.translation().setConstant(1e200);
+  const Status status = tracker.update(frame_seen, nullptr, far, frame);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::invalid_argument);
+  EXPECT_TRUE(frame.planes.empty());
+  ASSERT_TRUE(tracker.update(frame_seen, nullptr, std::nullopt, frame).ok());
+  EXPECT_GT(frame.planes.at(0).id, id);
+  EXPECT_TRUE(frame.T_world_camera.matrix().isIdentity());
 }
 
 // ---- Rendered walks.

@@ -60,45 +60,51 @@ struct SensorParameter {
   }
 };
 
-/// Calls visit(parameter, value&) for every number of a sensor; the one list of their names, units and ranges.
-template <class Options, class Visitor>
-void for_each_parameter(Options& o, Visitor&& visit) {
+/// Calls visit(parameter, value&…) for every number of one or more sensors; the one list of their names, units and ranges.
+template <class Visitor, class... Options>
+void for_each_parameter_of(Visitor&& visit, Options&... o) {
   visit(SensorParameter{.name = "baseline",
                         .unit = "m",
                         .help = "between projector and camera, or between two cameras",
                         .min = 0.001,
                         .max = 10.0,
                         .triangulation = true},
-        o.baseline_m);
+        o.baseline_m...);
   visit(
       SensorParameter{
           .name = "disparity-error", .unit = "px", .help = "one sigma of the disparity", .max = 10.0, .triangulation = true},
-      o.disparity_error_px);
+      o.disparity_error_px...);
   visit(
       SensorParameter{
           .name = "constant", .unit = "m", .help = "part of one sigma of the depth at any distance", .max = 1.0, .named = true},
-      o.constant_m);
+      o.constant_m...);
   visit(SensorParameter{.name = "linear",
                         .unit = "m per m",
                         .help = "part of one sigma of the depth per metre of distance",
                         .max = 1.0,
                         .named = true},
-        o.linear);
+        o.linear...);
   visit(SensorParameter{.name = "quadratic",
                         .unit = "m per m^2",
                         .help = "part of one sigma of the depth per squared metre of distance",
                         .max = 1.0,
                         .named = true},
-        o.quadratic_per_m);
+        o.quadratic_per_m...);
   visit(SensorParameter{.name = "slow",
                         .unit = "share",
                         .help = "one sigma of what pixels near each other share, of that of a pixel",
                         .max = 10.0,
                         .any = true},
-        o.slow);
+        o.slow...);
   visit(
       SensorParameter{.name = "bias", .unit = "m", .help = "by how much planes may be bent or shifted", .max = 1.0, .any = true},
-      o.bias_m);
+      o.bias_m...);
+}
+
+/// Calls visit(parameter, value&) for every number of a sensor.
+template <class Options, class Visitor>
+void for_each_parameter(Options& o, Visitor&& visit) {
+  for_each_parameter_of(visit, o);
 }
 
 /// Checks every range, the distortion, and that no number is given that means nothing to the kind. The message names the

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Point clouds as files: PCD (through PCL's io library), PLY and XYZ. Optional component `cloud_io`.
+/// Point clouds as files: PCD, PLY and XYZ.
 #pragma once
 
 #include <cstdint>

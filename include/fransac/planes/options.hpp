@@ -126,6 +126,25 @@ inline SegmentOptions with_defaults(SegmentOptions options, Method method) {
   return options;
 }
 
+/// The methods that an option means something to; `automatic` becomes one of them.
+enum class UsedBy {
+  all,
+  cells,
+  ransac,      ///< The paper's four.
+  voxel_grid,  ///< Those of them that have a voxel grid.
+};
+
+constexpr bool uses(Method method, UsedBy users) {
+  const bool voxel_grid = method == Method::fransac || method == Method::voxel_ransac;
+  switch (users) {
+    case UsedBy::cells: return method == Method::cells;
+    case UsedBy::ransac: return method != Method::cells;
+    case UsedBy::voxel_grid: return voxel_grid;
+    case UsedBy::all: break;
+  }
+  return true;
+}
+
 /// What a front end needs to know of one option. `Value` is double, int, std::uint64_t, bool, an enum, or a
 /// std::optional of one of these or of a direction, Eigen::Vector3d (unset: the method decides).
 struct OptionInfo {
@@ -137,61 +156,95 @@ struct OptionInfo {
   bool open_min = false;                                  ///< Whether `min` itself is invalid.
   bool open_max = false;                                  ///< Whether `max` itself is invalid.
   std::string_view parameter_of{};                        ///< Not empty: written as "--parameter_of name=value".
+  UsedBy used_by = UsedBy::all;
 };
 
 /// Whether an option of three numbers is a position, which may be 0, and no direction.
 constexpr bool is_position(const OptionInfo& info) { return !info.unit.empty(); }
 
-/// Calls visit(info, value&) for every option; the one list of names, units, ranges and help texts.
-template <class Options, class Visitor>
-void for_each_option(Options& o, Visitor&& visit) {
+/// Calls visit(info, value&…) for every option of one or more sets; the one list of names, units, ranges and help texts.
+template <class Visitor, class... Options>
+void for_each_option_of(Visitor&& visit, Options&... o) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   constexpr double kIntMax = std::numeric_limits<int>::max();
   constexpr double kRawMax = std::numeric_limits<std::uint16_t>::max();
-  visit(OptionInfo{"method", "", "how planes are found"}, o.method);
-  visit(OptionInfo{"planes", "planes", "how many planes to peel off, or 'all'", 0, kMaxPlanes}, o.max_planes);
-  visit(OptionInfo{"min-support", "share", "smallest support of a plane, as a share of the sampled points", 0, 1}, o.min_support);
-  visit(OptionInfo{"order", "", "which plane comes first: most visible square metres, or most points"}, o.order);
-  visit(OptionInfo{"min-area", "m^2", "smallest visible area of a plane", 0, kInf, false, true}, o.cells.min_area_m2);
-  visit(OptionInfo{"min-confidence", "", "cells: planes less certain than this are left out", 0, 1}, o.cells.min_confidence);
-  visit(OptionInfo{"labels-from", "", "label every pixel near a plane, or the pixels whose leaf is an inlier (the paper)"},
-        o.labels_from);
-  visit(OptionInfo{"seed", "", "seed of the random samples"}, o.seed);
-  visit(OptionInfo{"threads", "threads", "threads to use, 0 for all cores; never changes the answer", 0, 1024}, o.threads);
-  visit(OptionInfo{"saturated", "", "raw 16-bit value that means no measurement beside 0; 0: none", 0, kRawMax}, o.saturated);
-  visit(OptionInfo{"pass-through", "", "keep only points within limits along an axis"}, o.pass_through.use);
-  visit(OptionInfo{"pass-through-axis", "", "the axis that the limits apply to"}, o.pass_through.limits.axis);
-  visit(OptionInfo{"pass-through-min", "m", "lower limit", -kInf, kInf, true, true}, o.pass_through.limits.min_m);
-  visit(OptionInfo{"pass-through-max", "m", "upper limit", -kInf, kInf, true, true}, o.pass_through.limits.max_m);
-  visit(OptionInfo{"pass-through-outside", "", "keep what lies outside the limits instead"}, o.pass_through.limits.outside);
-  visit(OptionInfo{"leaf-size", "m", "edge of a voxel-grid leaf", 0, kInf, true, true}, o.voxel_grid.leaf_size_m);
-  visit(OptionInfo{"leaf-point", "", "the point that stands for a leaf"}, o.voxel_grid.leaf_point);
-  visit(OptionInfo{"threshold", "m", "largest distance of an inlier to its plane", 0, kInf, true, true}, o.ransac.threshold_m);
-  visit(OptionInfo{"probability", "", "confidence of having drawn a sample of inliers only", 0, 1, true, true},
-        o.ransac.probability);
-  visit(OptionInfo{"max-iterations", "hypotheses", "cap on the hypotheses per plane", 1, kIntMax}, o.ransac.max_iterations);
-  visit(OptionInfo{"pretest-points", "points", "d of the T(d,d) pre-test, 0 for none", 0, 100}, o.ransac.pretest_points);
-  visit(OptionInfo{"scoring", "", "compare hypotheses by inlier count or truncated squared distance"}, o.ransac.scoring);
-  visit(OptionInfo{"local-optimisation", "", "refit promising hypotheses to their inliers"}, o.ransac.local_optimisation);
-  visit(OptionInfo{"refine", "", "least-squares fit of the final plane to its inliers"}, o.ransac.refine);
-  visit(OptionInfo{"sensor", "",
-                   "how depth was measured, which tells cells its noise; auto: estimated from the frame; or a sensor.json"},
-        o.sensor.kind);
-  for_each_parameter(o.sensor, [&](const SensorParameter& p, auto& value) {
-    visit(OptionInfo{.name = p.name, .unit = p.unit, .help = p.help, .min = p.min, .max = p.max, .parameter_of = "sensor-param"},
-          value);
-  });
-  visit(OptionInfo{"parallel-to", "", "cells: only planes whose normal has this direction"}, o.cells.parallel_to);
-  visit(OptionInfo{"perpendicular-to", "", "cells: only planes whose normal is perpendicular to this direction"},
-        o.cells.perpendicular_to);
-  visit(
-      OptionInfo{"prior-angle", "degrees", "by how much a normal may differ from parallel-to and perpendicular-to", 0, 90, true},
-      o.cells.prior_angle_deg);
-  visit(OptionInfo{"residuals", "", "cells: keep the distance of every pixel to its plane"}, o.cells.residuals);
-  visit(OptionInfo{"up", "", "up in the frame of the camera or cloud, which tells floors from walls; cells estimates it"}, o.up);
+  visit(OptionInfo{"method", "", "how planes are found"}, o.method...);
+  visit(OptionInfo{"planes", "planes", "how many planes to peel off, or 'all'", 0, kMaxPlanes}, o.max_planes...);
+  visit(OptionInfo{"min-support", "share", "smallest support of a plane, as a share of the sampled points", 0, 1},
+        o.min_support...);
+  visit(OptionInfo{"order", "", "which plane comes first: most visible square metres, or most points"}, o.order...);
+  visit(OptionInfo{"min-area", "m^2", "smallest visible area of a plane", 0, kInf, false, true}, o.cells.min_area_m2...);
+  visit(OptionInfo{"seed", "", "seed of the random samples"}, o.seed...);
+  visit(OptionInfo{"threads", "threads", "threads to use, 0 for all cores; never changes the answer", 0, 1024}, o.threads...);
+  visit(OptionInfo{"saturated", "", "raw 16-bit value that means no measurement beside 0; 0: none", 0, kRawMax}, o.saturated...);
+  visit(OptionInfo{"up", "", "up in the frame of the camera or cloud, which tells floors from walls; cells estimates it"},
+        o.up...);
   visit(OptionInfo{"sensor-position", "m", "where the sensor was: floors are below it; of clouds else the PCD's VIEWPOINT"},
-        o.sensor_position);
+        o.sensor_position...);
+  visit(OptionInfo{"pass-through", "", "keep only points within limits along an axis"}, o.pass_through.use...);
+  visit(OptionInfo{"pass-through-axis", "", "the axis that the limits apply to"}, o.pass_through.limits.axis...);
+  visit(OptionInfo{"pass-through-min", "m", "lower limit", -kInf, kInf, true, true}, o.pass_through.limits.min_m...);
+  visit(OptionInfo{"pass-through-max", "m", "upper limit", -kInf, kInf, true, true}, o.pass_through.limits.max_m...);
+  visit(OptionInfo{"pass-through-outside", "", "keep what lies outside the limits instead"}, o.pass_through.limits.outside...);
+
+  const auto of_cells = [&visit](OptionInfo info, auto&... values) {
+    info.used_by = UsedBy::cells;
+    visit(info, values...);
+  };
+  of_cells(OptionInfo{"sensor", "",
+                      "how depth was measured, which tells cells its noise; auto: estimated from the frame; or a sensor.json"},
+           o.sensor.kind...);
+  for_each_parameter_of(
+      [&](const SensorParameter& p, auto&... values) {
+        of_cells(
+            OptionInfo{
+                .name = p.name, .unit = p.unit, .help = p.help, .min = p.min, .max = p.max, .parameter_of = "sensor-param"},
+            values...);
+      },
+      o.sensor...);
+  of_cells(OptionInfo{"min-confidence", "", "planes less certain than this are left out", 0, 1}, o.cells.min_confidence...);
+  of_cells(OptionInfo{"parallel-to", "", "only planes whose normal has this direction"}, o.cells.parallel_to...);
+  of_cells(OptionInfo{"perpendicular-to", "", "only planes whose normal is perpendicular to this direction"},
+           o.cells.perpendicular_to...);
+  of_cells(
+      OptionInfo{"prior-angle", "degrees", "by how much a normal may differ from parallel-to and perpendicular-to", 0, 90, true},
+      o.cells.prior_angle_deg...);
+  of_cells(OptionInfo{"residuals", "", "keep the distance of every pixel to its plane"}, o.cells.residuals...);
+
+  const auto of_ransac = [&visit](OptionInfo info, auto&... values) {
+    info.used_by = UsedBy::ransac;
+    visit(info, values...);
+  };
+  of_ransac(OptionInfo{"threshold", "m", "largest distance of an inlier to its plane", 0, kInf, true, true},
+            o.ransac.threshold_m...);
+  of_ransac(OptionInfo{"probability", "", "confidence of having drawn a sample of inliers only", 0, 1, true, true},
+            o.ransac.probability...);
+  of_ransac(OptionInfo{"max-iterations", "hypotheses", "cap on the hypotheses per plane", 1, kIntMax},
+            o.ransac.max_iterations...);
+  of_ransac(OptionInfo{"pretest-points", "points", "d of the T(d,d) pre-test, 0 for none", 0, 100}, o.ransac.pretest_points...);
+  of_ransac(OptionInfo{"scoring", "", "compare hypotheses by inlier count or truncated squared distance"}, o.ransac.scoring...);
+  of_ransac(OptionInfo{"local-optimisation", "", "refit promising hypotheses to their inliers"}, o.ransac.local_optimisation...);
+  of_ransac(OptionInfo{"refine", "", "least-squares fit of the final plane to its inliers"}, o.ransac.refine...);
+
+  const auto of_voxel_grid = [&visit](OptionInfo info, auto&... values) {
+    info.used_by = UsedBy::voxel_grid;
+    visit(info, values...);
+  };
+  of_voxel_grid(OptionInfo{"leaf-size", "m", "edge of a voxel-grid leaf", 0, kInf, true, true}, o.voxel_grid.leaf_size_m...);
+  of_voxel_grid(OptionInfo{"leaf-point", "", "the point that stands for a leaf"}, o.voxel_grid.leaf_point...);
+  of_voxel_grid(
+      OptionInfo{"labels-from", "", "label every pixel near a plane, or the pixels whose leaf is an inlier (the paper)"},
+      o.labels_from...);
 }
+
+/// Calls visit(info, value&) for every option.
+template <class Options, class Visitor>
+void for_each_option(Options& o, Visitor&& visit) {
+  for_each_option_of(visit, o);
+}
+
+/// The options with the defaults of those that mean nothing to `method`: what several methods are given in common.
+SegmentOptions used_by(const SegmentOptions& options, Method method);
 
 template <>
 struct EnumNames<Method> {
@@ -222,8 +275,8 @@ struct EnumNames<sac::Scoring> {
 const AxisLimits* limits_of(const SegmentOptions& options, Method method, bool depth_image);
 
 /// Checks every range, that the pass-through limits are in order, that the sensor's numbers mean something to its kind, and that
-/// `parallel_to`, `perpendicular_to`, `residuals` and another `min_confidence` than the default are not asked of a method other
-/// than `cells` (`automatic` is checked when the input is known). The message names the option.
+/// no option has another value than its default that means nothing to the method (`automatic` is checked when the input is
+/// known). The message names the option.
 Status validate(const SegmentOptions& options);
 
 }  // namespace fransac

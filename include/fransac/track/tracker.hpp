@@ -96,8 +96,9 @@ class Tracker {
   Tracker& operator=(Tracker&&) noexcept;
 
   /// `obstacles` null: planes only. `T_world_camera`: the camera's pose where it is known; known in one frame, it should be in
-  /// all. Errors: invalid_argument (options, a pose or plane that is not finite), unsupported (a method without covariances),
-  /// out_of_memory (the tracker then starts anew, as after reset(), but with new ids).
+  /// all. Errors: invalid_argument (options, a pose that is no rotation and translation, a plane or box that is not finite),
+  /// unsupported (a method without covariances), out_of_memory (the tracker then starts anew, as after reset(), but with new ids;
+  /// so it does where numbers are too large or too small to work with, invalid_argument).
   Status update(const Segmentation& segmentation, const Obstacles* obstacles,
                 const std::optional<Eigen::Isometry3d>& T_world_camera, TrackedFrame& frame);
 

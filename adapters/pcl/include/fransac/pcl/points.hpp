@@ -93,7 +93,7 @@ void read_some(const ::pcl::PointCloud<PointT>& from, std::size_t candidates, co
     y[n] = p.y;
     z[n] = p.z;
     source[n] = static_cast<std::uint32_t>(number);
-    n += static_cast<std::size_t>(is_finite(p) & keep(number));
+    n += static_cast<std::size_t>(is_finite(p)) & static_cast<std::size_t>(keep(number));
   }
   to.source.resize(n);
   to.resize_uninitialised(n);

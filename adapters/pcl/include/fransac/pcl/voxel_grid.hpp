@@ -243,8 +243,8 @@ class VoxelGrid : public ::pcl::Filter<PointT> {
   unsigned int fewest_ = 0;
   bool save_leaf_layout_ = false;
   std::string field_;
-  double limit_min_ = std::numeric_limits<float>::lowest();
-  double limit_max_ = std::numeric_limits<float>::max();
+  double limit_min_ = static_cast<double>(std::numeric_limits<float>::lowest());
+  double limit_max_ = static_cast<double>(std::numeric_limits<float>::max());
   bool negative_ = false;
   int threads_ = -1;
 
