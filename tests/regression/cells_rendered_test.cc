@@ -178,11 +178,12 @@ TEST_P(CellsRendered, KeepsItsNumbers) {
   table.compare(name, {{name + ',' + std::string(enum_name(rendering.synth.sensor)), measure(rendering)}}, kTolerance);
 }
 
-INSTANTIATE_TEST_SUITE_P(Frames, CellsRendered, ::testing::ValuesIn(renderings()), [](const auto& info) {
-  std::string name(info.param.name);
+std::string name_of(const ::testing::TestParamInfo<Rendering>& test) {
+  std::string name(test.param.name);
   std::replace(name.begin(), name.end(), '-', '_');
-  return name + '_' + std::string(enum_name(info.param.synth.sensor));
-});
+  return name + '_' + std::string(enum_name(test.param.synth.sensor));
+}
+INSTANTIATE_TEST_SUITE_P(Frames, CellsRendered, ::testing::ValuesIn(renderings()), name_of);
 
 }  // namespace
 }  // namespace fransac

@@ -280,9 +280,11 @@ TEST(Tracker, AnObjectComesBackAfterAShortAbsenceOnly) {
   nothing.labels.assign(planes.labels.size(), 0);
   Obstacles thing = nothing;
   std::fill_n(thing.labels.begin(), 40, std::uint16_t{1});
-  thing.obstacles.push_back({.id = 1, .pixels = 40});
-  thing.obstacles[0].box.centre = {2.0, 0.0, 0.1};
-  thing.obstacles[0].box.size = {0.2, 0.2, 0.2};
+  Obstacle& obstacle = thing.obstacles.emplace_back();
+  obstacle.id = 1;
+  obstacle.pixels = 40;
+  obstacle.box.centre = {2.0, 0.0, 0.1};
+  obstacle.box.size = {0.2, 0.2, 0.2};
   for (const int seen : {1, 3}) {
     for (const int absent : {1, 5, 6}) {
       SCOPED_TRACE(::testing::Message() << seen << " frames, then absent for " << absent);
