@@ -135,7 +135,7 @@ class CloudFinder {
     for (std::size_t i = 0; i < cloud_.size(); ++i) {
       if (!can_be_above(i)) continue;
       const double above = height(i);
-      const double noise = none ? 0.0 : limit.at(cloud_.point(i));
+      const double noise = limit.at(cloud_.point(i));
       if (!(none || above > noise) || !within_reach(i)) continue;
       points_.emplace_back(cloud_.x()[i], cloud_.y()[i], cloud_.z()[i]);
       index_.push_back(i);

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <numeric>
 #include <set>
@@ -354,6 +353,39 @@ void expect_first_only(const Segmentation& s, const Scene& scene) {
   EXPECT_EQ(std::set<int>(s.labels.begin(), s.labels.end()), (std::set<int>{1, kLabelNoPlane}));
 }
 
+/// A wall 1 m away beside a larger one far away, with a Kinect's noise.
+Scene near_and_far(double far_m) {
+  Scene scene(kinect());
+  scene.draw(tilted(1.0, 0.0), {0, 0, 200, 480});
+  scene.draw(tilted(far_m, 0.0), {200, 0, 640, 480});
+  RandomStream random = testing::test_random();
+  for (float& z : scene.image.metres) z = 1.0F / (1.0F / z + static_cast<float>(kKinectNoise_per_m * random.normal()));
+  return scene;
+}
+
+/// So far away that depth is known worse than to 10 cm, a few pixels span metres: what is near and certain comes first.
+TEST(CellsOptions, ByAreaPlanesOfUncertainDepthComeLast) {
+  constexpr double kFar_m = 9.0;
+  const Scene scene = near_and_far(kFar_m);
+  SegmentOptions options = cells_options();
+  const Segmentation by_area = cells(scene.image.view(), scene.image.camera, options);
+  ASSERT_EQ(by_area.planes.size(), 2U);
+  EXPECT_NEAR(by_area.planes[0].plane.d, 1.0, 0.01);
+  EXPECT_GT(by_area.planes[1].area_m2, 50.0 * by_area.planes[0].area_m2);
+  options.order = PlaneOrder::support;
+  const Segmentation by_support = cells(scene.image.view(), scene.image.camera, options);
+  ASSERT_EQ(by_support.planes.size(), 2U);
+  EXPECT_NEAR(by_support.planes[0].plane.d, kFar_m, 0.1);
+}
+
+/// Depth that is not known to 20 cm says nothing of planes: a Kinect's beyond 12 m.
+TEST(Cells, NoPlaneWhereDepthIsNotKnown) {
+  const Scene scene = near_and_far(15.0);
+  const Segmentation s = cells(scene.image.view(), scene.image.camera);
+  ASSERT_EQ(s.planes.size(), 1U);
+  EXPECT_NEAR(s.planes[0].plane.d, 1.0, 0.01);
+}
+
 TEST(CellsOptions, SmallPlanesAreLeftOut) {
   Scene scene(kinect());
   scene.draw(tilted(2.0, 0.0));
@@ -398,6 +430,33 @@ TEST(CellsOptions, OnlyPlanesOfADirection) {
   expect_sane(s, scene.image.view());
   ASSERT_EQ(s.planes.size(), 2U);
   for (const PlaneSegment& plane : s.planes) EXPECT_LT(std::abs(plane.plane.normal.y()), 0.01);
+}
+
+/// A strip one cell wide has no block of cells that a search could start from. A plane that is expected there needs none.
+TEST(CellsOptions, AnExpectedPlaneIsSeenInAStripOfOneCell) {
+  constexpr int kCell_px = 4;  // of exact depth
+  Scene scene(kinect());
+  scene.draw(tilted(1.5, 20.0, 10.0), {320, 0, 320 + kCell_px, 480});
+  Workspace workspace;
+  Segmentation s;
+  ASSERT_TRUE(segment(scene.image.view(), scene.image.camera, cells_options(), workspace, s));
+  EXPECT_TRUE(s.planes.empty());
+  PlaneSegment expected{.plane = scene.planes[0]};
+  expected.centroid =
+      testing::depth_on(expected.plane, scene.image.camera, 322, 240) * testing::ray(scene.image.camera, 322, 240);
+  workspace.expect({&expected, 1});
+  ASSERT_TRUE(segment(scene.image.view(), scene.image.camera, cells_options(), workspace, s));
+  ASSERT_EQ(s.planes.size(), 1U);
+  EXPECT_LE(angle_between(s.planes[0].plane, scene.planes[0]), 1e-3);
+  // Nothing is seen where the camera does not look, or looks at something else.
+  for (const double factor : {-1.0, 0.0, 1.1}) {
+    PlaneSegment elsewhere = expected;
+    elsewhere.plane.d *= factor;
+    elsewhere.centroid *= factor;
+    workspace.expect({&elsewhere, 1});
+    ASSERT_TRUE(segment(scene.image.view(), scene.image.camera, cells_options(), workspace, s));
+    EXPECT_TRUE(s.planes.empty()) << factor;
+  }
 }
 
 TEST(CellsOptions, PassThrough) {
@@ -563,55 +622,115 @@ TEST(CellsImages, RandomDepthIsNoPlane) {
   }
 }
 
+/// Squares of one cell are no planes: none has a neighbour on its plane. Of larger ones, which measure three cells and more, the
+/// far ones are one plane, which the near ones hide; these are several, because the camera sees past them.
 TEST(CellsImages, ACheckerboardOfTwoDepths) {
-  for (const int square : {1, 2, 4, 8, 16, 64}) {
+  constexpr float kNear = 1.0F;
+  constexpr float kFar = 1.5F;
+  for (const int square : {1, 2, 4, 8, 24, 32, 64}) {
     SCOPED_TRACE(square);
     FloatImage image(kinect());
     for (int v = 0; v < 480; ++v) {
-      for (int u = 0; u < 640; ++u) image.at(u, v) = (u / square + v / square) % 2 == 0 ? 1.0F : 1.5F;
+      for (int u = 0; u < 640; ++u) image.at(u, v) = (u / square + v / square) % 2 == 0 ? kNear : kFar;
     }
     const Segmentation s = cells(image.view(), image.camera);
     expect_sane(s, image.view());
-    std::map<int, std::set<float>> depths;
-    for (std::size_t i = 0; i < s.labels.size(); ++i) {
-      if (s.labels[i] != kLabelNoPlane) depths[s.labels[i]].insert(image.metres[i]);
+    if (square <= 8) {
+      EXPECT_TRUE(s.planes.empty());
+      continue;
     }
-    for (const auto& [label, seen] : depths) EXPECT_EQ(seen.size(), 1U) << "label " << label;
-    EXPECT_TRUE(square < 64 || !depths.empty());
+    ASSERT_GT(s.planes.size(), 2U);
+    EXPECT_EQ(s.planes[0].inliers, s.labels.size() / 2);
+    std::size_t on_planes = 0;
+    for (const PlaneSegment& plane : s.planes) {
+      EXPECT_NEAR(plane.plane.normal.z(), -1.0, 1e-6) << plane.id;
+      EXPECT_NEAR(plane.plane.d, static_cast<double>(plane.id == 1 ? kFar : kNear), 1e-6) << plane.id;
+      on_planes += plane.inliers;
+    }
+    EXPECT_GE(on_planes, s.labels.size() * 99 / 100);
+    for (std::size_t i = 0; i < s.labels.size(); ++i) {
+      ASSERT_TRUE(s.labels[i] == kLabelNoPlane || (s.labels[i] == 1) == (image.metres[i] == kFar)) << i;
+    }
   }
 }
 
-TEST(CellsImages, HostileNumbersEndInAnErrorOrASaneAnswer) {
+/// The segmentation where there should be one; else no planes, after a look at the error.
+Segmentation expect_answer(const FloatImage& image, const Camera& camera, ErrorCode code, const std::string& word) {
+  Result<Segmentation> s = segment(image.view(), camera, cells_options());
+  if (word.empty()) {
+    EXPECT_TRUE(s) << s.error().message;
+    if (!s) return {};
+    expect_sane(*s, image.view());
+    return *std::move(s);
+  }
+  EXPECT_FALSE(s) << word;
+  if (s) return {};
+  EXPECT_EQ(s.error().code, code);
+  EXPECT_THAT(s.error().message, ::testing::HasSubstr(word));
+  return {};
+}
+
+TEST(CellsImages, HostileDepthIsNotMeasuredOrInNoPlane) {
   constexpr float kHuge = std::numeric_limits<float>::max();
   constexpr float kTiny = std::numeric_limits<float>::denorm_min();
-  const float values[] = {kHuge, 1e30F, 1e10F, 9e4F, 1.0F, 1.001F, 2.0F, kTiny, 1e-38F, 1e-30F, 1e-10F, 0.0F, -1.0F, kNaN};
-  FloatImage mixed(testing::small_camera(96, 72));
-  FloatImage flat(mixed.camera);
-  const auto check = [](const FloatImage& image, const Camera& camera) {
-    const Result<Segmentation> s = segment(image.view(), camera, cells_options());
-    if (s) expect_sane(*s, image.view());
-  };
+  constexpr float kOfSensors = 0.01F;  // metres: nearer than any sensor sees
+  FloatImage image(testing::small_camera(96, 72));
+  const float measured[] = {9e4F, 2.0F, 1.001F, 1.0F, 1e-10F, 1e-30F, 1e-38F, kTiny};
+  for (const float z : measured) {
+    SCOPED_TRACE(z);
+    std::fill(image.metres.begin(), image.metres.end(), z);
+    const Segmentation s = expect_answer(image, image.camera, {}, "");
+    EXPECT_EQ(s.valid_points, image.metres.size());
+    if (z < kOfSensors || z > 9e3F) continue;
+    ASSERT_EQ(s.planes.size(), 1U);
+    EXPECT_NEAR(s.planes[0].plane.d, static_cast<double>(z), 1e-6);
+  }
+  const float unmeasured[] = {kHuge, 1e30F, 1e10F, 0.0F, -1.0F, kNaN};
+  for (const float z : unmeasured) {
+    SCOPED_TRACE(z);
+    std::fill(image.metres.begin(), image.metres.end(), z);
+    expect_answer(image, image.camera, ErrorCode::no_data, "there are 0 with a measurement");
+  }
   RandomStream random = testing::test_random();
   for (int run = 0; run < 10; ++run) {
-    for (float& z : mixed.metres) z = values[random.below(static_cast<std::uint64_t>(std::size(values)))];
-    check(mixed, mixed.camera);
+    std::size_t count = 0;
+    for (float& z : image.metres) {
+      const bool is_measured = random.below(2) == 0;
+      z = is_measured ? measured[random.below(std::size(measured))] : unmeasured[random.below(std::size(unmeasured))];
+      count += is_measured ? 1U : 0U;
+    }
+    const Segmentation s = expect_answer(image, image.camera, {}, "");
+    EXPECT_EQ(s.valid_points, count);
+    EXPECT_TRUE(s.planes.empty());
   }
-  for (const float z : values) {
-    SCOPED_TRACE(z);
-    std::fill(flat.metres.begin(), flat.metres.end(), z);
-    check(flat, flat.camera);
-  }
-  flat.draw(tilted(1.0, 20.0));
-  for (const double extreme : {1e-300, 1e-40, 1e-10, 1e10, 1e40, 1e300}) {
+}
+
+TEST(CellsImages, HostileCamerasAreErrors) {
+  FloatImage image(testing::small_camera(96, 72));
+  image.draw(tilted(1.0, 20.0));
+  for (const double extreme : {1e-300, 1e-40, 1e-10, 0.0, -70.0, 1e10, 1e300, std::nan("")}) {
     SCOPED_TRACE(extreme);
-    Camera camera = flat.camera;
+    Camera camera = image.camera;
     camera.fx = extreme;
-    check(flat, camera);
+    expect_answer(image, camera, ErrorCode::invalid_argument, "\"fx\"");
+    camera = image.camera;
     camera.fy = extreme;
-    check(flat, camera);
-    camera = flat.camera;
-    camera.cx = -extreme;
-    check(flat, camera);
+    expect_answer(image, camera, ErrorCode::invalid_argument, "\"fy\"");
+  }
+  for (const double extreme : {-1e10, 1e10, 1e300, std::nan("")}) {
+    SCOPED_TRACE(extreme);
+    Camera camera = image.camera;
+    camera.cx = extreme;
+    expect_answer(image, camera, ErrorCode::invalid_argument, "\"cx\"");
+    camera = image.camera;
+    camera.cy = extreme;
+    expect_answer(image, camera, ErrorCode::invalid_argument, "\"cy\"");
+  }
+  // Within what is allowed, however unlikely, an answer.
+  for (const double focal : {0.1, 1e6}) {
+    Camera camera = image.camera;
+    camera.fx = camera.fy = focal;
+    expect_answer(image, camera, {}, "");
   }
 }
 

@@ -341,6 +341,27 @@ TEST(InstanceMetrics, NothingPredictedOrNothingTrue) {
   EXPECT_EQ(empty->at50.f1, 0.0);
 }
 
+/// Means over frames start from these.
+TEST(Metrics, StartFromZero) {
+  const InstanceMetrics planes;
+  for (const InstanceMetrics::AtIou& at : {planes.at50, planes.at75}) {
+    for (const double value : {at.threshold, at.precision, at.recall, at.f1, at.mean_iou}) EXPECT_EQ(value, 0.0);
+    EXPECT_EQ(at.matched + at.false_positives, 0);
+  }
+  for (const double value : {planes.under_segmentation, planes.over_segmentation, planes.missed, planes.noise,
+                             planes.weighted_iou, planes.plane_pixel_f1}) {
+    EXPECT_EQ(value, 0.0);
+  }
+  EXPECT_EQ(planes.true_planes, 0);
+  EXPECT_EQ(planes.predicted_planes, 0);
+  const ObjectMetrics objects;
+  for (const int count : {objects.true_objects, objects.predicted_objects, objects.false_objects}) EXPECT_EQ(count, 0);
+  for (const double value : {objects.under_segmentation, objects.over_segmentation}) EXPECT_EQ(value, 0.0);
+  EXPECT_EQ(ObjectMetrics::Object{}.pixels, 0U);
+  EXPECT_EQ(Detection{}.f1(), 0.0);
+  EXPECT_EQ(FloorAsObstacle{}.share(), 0.0);
+}
+
 TEST(InstanceMetrics, RefusesAShareOutsideItsRange) {
   for (const double share : {-0.1, 1.1, std::nan("")}) {
     const auto metrics = instance_metrics(mask("1"), mask("1"), share);

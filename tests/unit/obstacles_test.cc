@@ -446,6 +446,61 @@ TEST(Obstacles, ShallowDropsAreNone) {
   EXPECT_EQ(find(frame, {.least_drop_m = 0.02}).obstacles.size(), 1U);
 }
 
+/// A wall of fronto-parallel ground 1 m away, with pixels at other depths.
+struct Ground {
+  explicit Ground(const Camera& camera) : image(camera) {
+    const Plane plane = *make_plane(-Vector3d::UnitZ(), 1.0);
+    image.draw(plane);
+    planes.width = camera.width;
+    planes.height = camera.height;
+    planes.planes.push_back({.id = 1, .plane = plane});
+    planes.labels.assign(image.metres.size(), 1);
+  }
+  void set(int u, int v, float z) {
+    image.at(u, v) = z;
+    planes.labels[at(v * image.camera.width + u)] = z > 0.0F ? kLabelNoPlane : kLabelNoDepth;
+  }
+  void set(int left, int top, int right, int bottom, float z) {
+    for (int v = top; v < bottom; ++v) {
+      for (int u = left; u < right; ++u) set(u, v, z);
+    }
+  }
+  [[nodiscard]] Obstacles find(const ObstacleOptions& options = {.support = {SupportKind::plane, 1}, .min_size_m = 0.0}) const {
+    Result<Obstacles> found = find_obstacles(image.view(), image.camera, planes, options);
+    if (found) return *std::move(found);
+    ADD_FAILURE() << found.error().message;
+    return {};
+  }
+
+  testing::FloatImage image;
+  Segmentation planes;
+};
+
+/// Flying pixels at an edge make two cells of 4 x 4 pixels; three are a drop.
+TEST(Obstacles, ADropHasThreeCells) {
+  for (const int cells : {1, 2, 3}) {
+    SCOPED_TRACE(cells);
+    Ground along(kinect(160, 120));
+    along.set(80, 60, 80 + 4 * cells, 64, 2.0F);
+    EXPECT_EQ(along.find().obstacles.size(), cells < 3 ? 0U : 1U);
+    Ground down(kinect(160, 120));
+    down.set(80, 60, 84, 60 + 4 * cells, 2.0F);
+    EXPECT_EQ(down.find().obstacles.size(), cells < 3 ? 0U : 1U);
+  }
+}
+
+/// A line of one cell without measurements, as the projector's shadow leaves, does not part a drop; two do.
+TEST(Obstacles, ADropGoesOnBehindABlindCell) {
+  for (const int blind : {1, 2}) {
+    SCOPED_TRACE(blind);
+    Ground ground(kinect(160, 120));
+    ground.set(40, 40, 80, 80, 2.0F);
+    ground.set(80, 40, 80 + 4 * blind, 80, 0.0F);
+    ground.set(80 + 4 * blind, 40, 120, 80, 2.0F);
+    EXPECT_EQ(ground.find().obstacles.size(), static_cast<std::size_t>(blind));
+  }
+}
+
 // ---- the support ----
 
 /// A table with a box on it, on a floor.

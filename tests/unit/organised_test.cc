@@ -223,6 +223,21 @@ TEST(SegmentOrganised, CellsOnACloudIsCellsOnItsDepthImage) {
   }
 }
 
+TEST(SegmentOrganised, PointsAreNotCorrectedAsDepthIs) {
+  FloatImage image(testing::small_camera(320, 240));
+  image.draw(*make_plane({0.2, -0.5, -1.0}, 1.5));
+  SegmentOptions options;
+  options.method = Method::cells;
+  const PointCloud cloud = cloud_of_image(image);
+  const auto plain = segment(cloud, options);
+  options.sensor.distortion = {.width = 320, .height = 240};
+  options.sensor.distortion.offset_per_m.fill(0.05);
+  const auto corrected = segment(cloud, options);
+  ASSERT_TRUE(plain && corrected);
+  ASSERT_FALSE(plain->planes.empty());
+  testing::expect_same(*corrected, *plain);
+}
+
 TEST(SegmentOrganised, ADistortionThatIsNoneIsRefusedAsForDepthImages) {
   FloatImage image(testing::small_camera());
   image.draw(*make_plane({0.2, -0.5, -1.0}, 1.5));

@@ -104,7 +104,7 @@ TEST(EstimateUp, NothingWithoutEvidence) {
 
 TEST(EstimateUp, TwoWallsAreEnough) {
   for (int pitch = -20; pitch <= 30; pitch += 10) {
-    const Pose pose{static_cast<double>(pitch), 4.0};
+    const Pose pose{static_cast<double>(pitch), 0.0};
     EXPECT_LT(error_deg(pose, {wall_of(pose, 30.0, 4.0), wall_of(pose, -60.0, 2.0)}), 1e-6) << pitch;
   }
 }
@@ -215,6 +215,31 @@ TEST(EstimateUp, OfAnImageThatIsTurnedByAQuarter) {
     ASSERT_TRUE(upright.has_value());
     EXPECT_LT(degrees_between(upright->direction, pose.up()), 1e-6);
   }
+}
+
+/// However weak the evidence, a camera turned to one side is as likely as one turned to the other.
+TEST(EstimateUp, BothQuartersAreAlike) {
+  int told = 0;
+  int open = 0;
+  for (int pitch = -60; pitch <= 60; pitch += 5) {
+    for (const double wall : {0.0, 0.3, 1.0, 2.0, 4.0, 8.0}) {
+      const Pose pose{static_cast<double>(pitch), 0.0};
+      const std::vector<PlaneSegment> planes{floor_of(pose, 1.4, 1.0), wall_of(pose, 25.0, wall)};
+      std::optional<Eigen::Vector3d> ups[2];
+      for (const bool clockwise : {false, true}) {
+        const Eigen::AngleAxisd turn((clockwise ? 0.5 : -0.5) * std::numbers::pi, Eigen::Vector3d::UnitZ());
+        std::vector<PlaneSegment> turned = planes;
+        for (PlaneSegment& s : turned) s.plane.normal = turn * s.plane.normal;
+        if (const auto up = estimate_up(turned, true)) ups[clockwise ? 1 : 0] = turn.inverse() * up->direction;
+      }
+      ASSERT_EQ(ups[0].has_value(), ups[1].has_value()) << pitch << " degrees, wall of " << wall;
+      ++(ups[0] ? told : open);
+      if (!ups[0]) continue;
+      EXPECT_LT(degrees_between(*ups[0], *ups[1]), 1e-6);
+    }
+  }
+  EXPECT_GT(told, 20);
+  EXPECT_GT(open, 20);
 }
 
 TEST(EstimateUp, LittleConfidenceCountsLittle) {

@@ -271,6 +271,40 @@ TEST(Tracker, AnIdComesBackAfterAShortAbsenceOnly) {
   }
 }
 
+/// However briefly it was seen, an object is remembered for the longest gap.
+TEST(Tracker, AnObjectComesBackAfterAShortAbsenceOnly) {
+  const Segmentation planes = seen_from(Isometry3d::Identity(), {kFloor, kWall, kSide});
+  Obstacles nothing;
+  nothing.width = planes.width;
+  nothing.height = planes.height;
+  nothing.labels.assign(planes.labels.size(), 0);
+  Obstacles thing = nothing;
+  std::fill_n(thing.labels.begin(), 40, std::uint16_t{1});
+  Obstacle& obstacle = thing.obstacles.emplace_back();
+  obstacle.id = 1;
+  obstacle.pixels = 40;
+  obstacle.box.centre = {2.0, 0.0, 0.1};
+  obstacle.box.size = {0.2, 0.2, 0.2};
+  for (const int seen : {1, 3}) {
+    for (const int absent : {1, 5, 6}) {
+      SCOPED_TRACE(::testing::Message() << seen << " frames, then absent for " << absent);
+      TrackOptions options;
+      options.longest_gap = 5;
+      Tracker tracker(options);
+      TrackedFrame frame;
+      for (int i = 0; i < seen; ++i) ASSERT_TRUE(tracker.update(planes, &thing, std::nullopt, frame));
+      ASSERT_EQ(frame.objects.size(), 1U);
+      EXPECT_EQ(frame.objects[0].age, seen);
+      for (int i = 0; i < absent; ++i) ASSERT_TRUE(tracker.update(planes, &nothing, std::nullopt, frame));
+      EXPECT_TRUE(frame.objects.empty());
+      ASSERT_TRUE(tracker.update(planes, &thing, std::nullopt, frame));
+      ASSERT_EQ(frame.objects.size(), 1U);
+      EXPECT_EQ(frame.objects[0].id, absent <= 5 ? 1 : 2);
+      EXPECT_EQ(frame.objects[0].age, absent <= 5 ? seen + 1 : 1);
+    }
+  }
+}
+
 TEST(Tracker, ParallelPlanesAStepApartStayTwo) {
   const WorldPlane low = through({-0.4, 1.0, 2.0}, {0.0, -1.0, 0.0});
   const WorldPlane high = through({0.4, 0.97, 2.0}, {0.0, -1.0, 0.0});

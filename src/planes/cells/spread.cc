@@ -155,12 +155,11 @@ void Spread::run(int row, int column, const kernels::CellSetPlane& plane, const 
     if (any) fill_row(to);
     return any;
   };
+  // A way down leaves nothing more to go down to, unless the way up after it finds something.
   for (bool changed = true; changed;) {
     changed = false;
     for (int r = top_ + 1; r <= std::min(bottom_ + 1, window.bottom); ++r) {
-      if (!enter(r, r - 1)) continue;
-      changed = true;
-      bottom_ = std::max(bottom_, r);
+      if (enter(r, r - 1)) bottom_ = std::max(bottom_, r);
     }
     for (int r = bottom_ - 1; r >= std::max(top_ - 1, window.top); --r) {
       if (!enter(r, r + 1)) continue;
