@@ -418,7 +418,7 @@ class Segmentation:
 
     def __repr__(self) -> str: ...
 
-def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None, method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.55, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, sensor_position: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
+def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None, method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, fx: float = ..., fy: float = ..., cx: float = ..., cy: float = ..., depth_scale: float = 1000.0, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, seed: int = 0, threads: int = 1, saturated: int = 65535, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, sensor_position: Sequence[float] | numpy.typing.NDArray[Any] | None = None, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, min_confidence: float = 0.55, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, labels_from: Literal['pixels', 'leaves'] = 'pixels', leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
     """
     Finds the planes of a depth image, and on request its obstacles.
 
@@ -439,39 +439,39 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         min_support: smallest support of a plane, as a share of the sampled points [share]. Default: by the method
         order: which plane comes first: most visible square metres, or most points. Default: by the method
         min_area: smallest visible area of a plane [m^2]. Default: 0.0
-        min_confidence: cells: planes less certain than this are left out. Default: 0.55
-        labels_from: label every pixel near a plane, or the pixels whose leaf is an inlier (the paper). Default: 'pixels'
         seed: seed of the random samples. Default: 0
         threads: threads to use, 0 for all cores; never changes the answer [threads]. Default: 1
         saturated: raw 16-bit value that means no measurement beside 0; 0: none. Default: 65535
+        up: up in the frame of the camera or cloud, which tells floors from walls; cells estimates it. Default: by the method
+        sensor_position: where the sensor was: floors are below it; of clouds else the PCD's VIEWPOINT [m]. Default: by the method
         pass_through: keep only points within limits along an axis. Default: by the method
         pass_through_axis: the axis that the limits apply to. Default: 'z'
         pass_through_min: lower limit [m]. Default: 0.0
         pass_through_max: upper limit [m]. Default: 4.5
         pass_through_outside: keep what lies outside the limits instead. Default: False
-        leaf_size: edge of a voxel-grid leaf [m]. Default: 0.02
-        leaf_point: the point that stands for a leaf. Default: 'centroid'
-        threshold: largest distance of an inlier to its plane [m]. Default: 0.01
-        probability: confidence of having drawn a sample of inliers only. Default: 0.99
-        max_iterations: cap on the hypotheses per plane [hypotheses]. Default: 1000
-        pretest_points: d of the T(d,d) pre-test, 0 for none [points]. Default: by the method
-        scoring: compare hypotheses by inlier count or truncated squared distance. Default: 'msac'
-        local_optimisation: refit promising hypotheses to their inliers. Default: True
-        refine: least-squares fit of the final plane to its inliers. Default: True
-        sensor: how depth was measured, which tells cells its noise; auto: estimated from the frame; or a sensor.json. Default: 'auto'
-        baseline: between projector and camera, or between two cameras [m]. Default: by the method
-        disparity_error: one sigma of the disparity [px]. Default: by the method
-        constant: part of one sigma of the depth at any distance [m]. Default: by the method
-        linear: part of one sigma of the depth per metre of distance [m per m]. Default: by the method
-        quadratic: part of one sigma of the depth per squared metre of distance [m per m^2]. Default: by the method
-        slow: one sigma of what pixels near each other share, of that of a pixel [share]. Default: by the method
-        bias: by how much planes may be bent or shifted [m]. Default: by the method
+        sensor: cells: how depth was measured, which tells cells its noise; auto: estimated from the frame; or a sensor.json. Default: 'auto'
+        baseline: cells: between projector and camera, or between two cameras [m]. Default: by the method
+        disparity_error: cells: one sigma of the disparity [px]. Default: by the method
+        constant: cells: part of one sigma of the depth at any distance [m]. Default: by the method
+        linear: cells: part of one sigma of the depth per metre of distance [m per m]. Default: by the method
+        quadratic: cells: part of one sigma of the depth per squared metre of distance [m per m^2]. Default: by the method
+        slow: cells: one sigma of what pixels near each other share, of that of a pixel [share]. Default: by the method
+        bias: cells: by how much planes may be bent or shifted [m]. Default: by the method
+        min_confidence: cells: planes less certain than this are left out. Default: 0.55
         parallel_to: cells: only planes whose normal has this direction. Default: by the method
         perpendicular_to: cells: only planes whose normal is perpendicular to this direction. Default: by the method
-        prior_angle: by how much a normal may differ from parallel-to and perpendicular-to [degrees]. Default: 10.0
+        prior_angle: cells: by how much a normal may differ from parallel-to and perpendicular-to [degrees]. Default: 10.0
         residuals: cells: keep the distance of every pixel to its plane. Default: False
-        up: up in the frame of the camera or cloud, which tells floors from walls; cells estimates it. Default: by the method
-        sensor_position: where the sensor was: floors are below it; of clouds else the PCD's VIEWPOINT [m]. Default: by the method
+        threshold: all methods but cells: largest distance of an inlier to its plane [m]. Default: 0.01
+        probability: all methods but cells: confidence of having drawn a sample of inliers only. Default: 0.99
+        max_iterations: all methods but cells: cap on the hypotheses per plane [hypotheses]. Default: 1000
+        pretest_points: all methods but cells: d of the T(d,d) pre-test, 0 for none [points]. Default: by the method
+        scoring: all methods but cells: compare hypotheses by inlier count or truncated squared distance. Default: 'msac'
+        local_optimisation: all methods but cells: refit promising hypotheses to their inliers. Default: True
+        refine: all methods but cells: least-squares fit of the final plane to its inliers. Default: True
+        labels_from: all methods but cells: label every pixel near a plane, or the pixels whose leaf is an inlier (the paper). Default: 'pixels'
+        leaf_size: fransac and voxel-ransac: edge of a voxel-grid leaf [m]. Default: 0.02
+        leaf_point: fransac and voxel-ransac: the point that stands for a leaf. Default: 'centroid'
 
     Options with obstacles=True
     ---------------------------
@@ -491,7 +491,7 @@ def segment(depth: numpy.typing.NDArray[Any], camera: Camera | Mapping[str, floa
         MemoryError: not enough memory.
     """
 
-def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, min_confidence: float = 0.55, labels_from: Literal['pixels', 'leaves'] = 'pixels', seed: int = 0, threads: int = 1, saturated: int = 65535, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, sensor_position: Sequence[float] | numpy.typing.NDArray[Any] | None = None, support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
+def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'cells', 'fransac', 'voxel-ransac', 'rransac', 'ransac'] = 'auto', *, obstacles: bool = False, planes: int | Literal['all'] | None = None, min_support: float | None = None, order: Literal['area', 'support'] | None = None, min_area: float = 0.0, seed: int = 0, threads: int = 1, saturated: int = 65535, up: Sequence[float] | numpy.typing.NDArray[Any] | None = None, sensor_position: Sequence[float] | numpy.typing.NDArray[Any] | None = None, pass_through: bool | None = None, pass_through_axis: Literal['x', 'y', 'z'] = 'z', pass_through_min: float = 0.0, pass_through_max: float = 4.5, pass_through_outside: bool = False, sensor: Literal['auto', 'structured-light', 'stereo', 'tof', 'none'] | str | os.PathLike[str] = 'auto', baseline: float | None = None, disparity_error: float | None = None, constant: float | None = None, linear: float | None = None, quadratic: float | None = None, slow: float | None = None, bias: float | None = None, min_confidence: float = 0.55, parallel_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, perpendicular_to: Sequence[float] | numpy.typing.NDArray[Any] | None = None, prior_angle: float = 10.0, residuals: bool = False, threshold: float = 0.01, probability: float = 0.99, max_iterations: int = 1000, pretest_points: int | None = None, scoring: Literal['inliers', 'msac'] = 'msac', local_optimisation: bool = True, refine: bool = True, labels_from: Literal['pixels', 'leaves'] = 'pixels', leaf_size: float = 0.02, leaf_point: Literal['centroid', 'centre'] = 'centroid', support: Literal['auto', 'floor', 'table'] | int = 'auto', height_sigmas: float = 4.0, least_height: float = 0.005, least_drop: float = 0.03, min_size: float = 0.01, touching_size: float = 0.02, cluster_distance: float = 0.0) -> Segmentation:
     """
     Finds the planes of a point cloud, and on request its obstacles.
 
@@ -510,39 +510,39 @@ def segment_cloud(points: numpy.typing.NDArray[Any], method: Literal['auto', 'ce
         min_support: smallest support of a plane, as a share of the sampled points [share]. Default: by the method
         order: which plane comes first: most visible square metres, or most points. Default: by the method
         min_area: smallest visible area of a plane [m^2]. Default: 0.0
-        min_confidence: cells: planes less certain than this are left out. Default: 0.55
-        labels_from: label every pixel near a plane, or the pixels whose leaf is an inlier (the paper). Default: 'pixels'
         seed: seed of the random samples. Default: 0
         threads: threads to use, 0 for all cores; never changes the answer [threads]. Default: 1
         saturated: raw 16-bit value that means no measurement beside 0; 0: none. Default: 65535
+        up: up in the frame of the camera or cloud, which tells floors from walls; cells estimates it. Default: by the method
+        sensor_position: where the sensor was: floors are below it; of clouds else the PCD's VIEWPOINT [m]. Default: by the method
         pass_through: keep only points within limits along an axis. Default: by the method
         pass_through_axis: the axis that the limits apply to. Default: 'z'
         pass_through_min: lower limit [m]. Default: 0.0
         pass_through_max: upper limit [m]. Default: 4.5
         pass_through_outside: keep what lies outside the limits instead. Default: False
-        leaf_size: edge of a voxel-grid leaf [m]. Default: 0.02
-        leaf_point: the point that stands for a leaf. Default: 'centroid'
-        threshold: largest distance of an inlier to its plane [m]. Default: 0.01
-        probability: confidence of having drawn a sample of inliers only. Default: 0.99
-        max_iterations: cap on the hypotheses per plane [hypotheses]. Default: 1000
-        pretest_points: d of the T(d,d) pre-test, 0 for none [points]. Default: by the method
-        scoring: compare hypotheses by inlier count or truncated squared distance. Default: 'msac'
-        local_optimisation: refit promising hypotheses to their inliers. Default: True
-        refine: least-squares fit of the final plane to its inliers. Default: True
-        sensor: how depth was measured, which tells cells its noise; auto: estimated from the frame; or a sensor.json. Default: 'auto'
-        baseline: between projector and camera, or between two cameras [m]. Default: by the method
-        disparity_error: one sigma of the disparity [px]. Default: by the method
-        constant: part of one sigma of the depth at any distance [m]. Default: by the method
-        linear: part of one sigma of the depth per metre of distance [m per m]. Default: by the method
-        quadratic: part of one sigma of the depth per squared metre of distance [m per m^2]. Default: by the method
-        slow: one sigma of what pixels near each other share, of that of a pixel [share]. Default: by the method
-        bias: by how much planes may be bent or shifted [m]. Default: by the method
+        sensor: cells: how depth was measured, which tells cells its noise; auto: estimated from the frame; or a sensor.json. Default: 'auto'
+        baseline: cells: between projector and camera, or between two cameras [m]. Default: by the method
+        disparity_error: cells: one sigma of the disparity [px]. Default: by the method
+        constant: cells: part of one sigma of the depth at any distance [m]. Default: by the method
+        linear: cells: part of one sigma of the depth per metre of distance [m per m]. Default: by the method
+        quadratic: cells: part of one sigma of the depth per squared metre of distance [m per m^2]. Default: by the method
+        slow: cells: one sigma of what pixels near each other share, of that of a pixel [share]. Default: by the method
+        bias: cells: by how much planes may be bent or shifted [m]. Default: by the method
+        min_confidence: cells: planes less certain than this are left out. Default: 0.55
         parallel_to: cells: only planes whose normal has this direction. Default: by the method
         perpendicular_to: cells: only planes whose normal is perpendicular to this direction. Default: by the method
-        prior_angle: by how much a normal may differ from parallel-to and perpendicular-to [degrees]. Default: 10.0
+        prior_angle: cells: by how much a normal may differ from parallel-to and perpendicular-to [degrees]. Default: 10.0
         residuals: cells: keep the distance of every pixel to its plane. Default: False
-        up: up in the frame of the camera or cloud, which tells floors from walls; cells estimates it. Default: by the method
-        sensor_position: where the sensor was: floors are below it; of clouds else the PCD's VIEWPOINT [m]. Default: by the method
+        threshold: all methods but cells: largest distance of an inlier to its plane [m]. Default: 0.01
+        probability: all methods but cells: confidence of having drawn a sample of inliers only. Default: 0.99
+        max_iterations: all methods but cells: cap on the hypotheses per plane [hypotheses]. Default: 1000
+        pretest_points: all methods but cells: d of the T(d,d) pre-test, 0 for none [points]. Default: by the method
+        scoring: all methods but cells: compare hypotheses by inlier count or truncated squared distance. Default: 'msac'
+        local_optimisation: all methods but cells: refit promising hypotheses to their inliers. Default: True
+        refine: all methods but cells: least-squares fit of the final plane to its inliers. Default: True
+        labels_from: all methods but cells: label every pixel near a plane, or the pixels whose leaf is an inlier (the paper). Default: 'pixels'
+        leaf_size: fransac and voxel-ransac: edge of a voxel-grid leaf [m]. Default: 0.02
+        leaf_point: fransac and voxel-ransac: the point that stands for a leaf. Default: 'centroid'
 
     Options with obstacles=True
     ---------------------------
@@ -603,7 +603,7 @@ def voxel_grid(points: numpy.typing.NDArray[Any], leaf_size: float = 0.02, *, th
     Options (keywords)
     ------------------
         threads: threads to use, 0 for all cores; never changes the answer [threads]. Default: 1
-        leaf_point: the point that stands for a leaf. Default: 'centroid'
+        leaf_point: fransac and voxel-ransac: the point that stands for a leaf. Default: 'centroid'
 
     Raises
     ------
@@ -655,13 +655,13 @@ def ransac(points: numpy.typing.NDArray[Any], *, seed: int = 0, threads: int = 1
     ------------------
         seed: seed of the random samples. Default: 0
         threads: threads to use, 0 for all cores; never changes the answer [threads]. Default: 1
-        threshold: largest distance of an inlier to its plane [m]. Default: 0.01
-        probability: confidence of having drawn a sample of inliers only. Default: 0.99
-        max_iterations: cap on the hypotheses per plane [hypotheses]. Default: 1000
-        pretest_points: d of the T(d,d) pre-test, 0 for none [points]. Default: by the method
-        scoring: compare hypotheses by inlier count or truncated squared distance. Default: 'msac'
-        local_optimisation: refit promising hypotheses to their inliers. Default: True
-        refine: least-squares fit of the final plane to its inliers. Default: True
+        threshold: all methods but cells: largest distance of an inlier to its plane [m]. Default: 0.01
+        probability: all methods but cells: confidence of having drawn a sample of inliers only. Default: 0.99
+        max_iterations: all methods but cells: cap on the hypotheses per plane [hypotheses]. Default: 1000
+        pretest_points: all methods but cells: d of the T(d,d) pre-test, 0 for none [points]. Default: by the method
+        scoring: all methods but cells: compare hypotheses by inlier count or truncated squared distance. Default: 'msac'
+        local_optimisation: all methods but cells: refit promising hypotheses to their inliers. Default: True
+        refine: all methods but cells: least-squares fit of the final plane to its inliers. Default: True
 
     Raises
     ------
