@@ -37,6 +37,9 @@ function(fransac_library name component)
   set_target_properties(${name} PROPERTIES EXPORT_NAME ${component} VERSION ${PROJECT_VERSION}
                                            SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} INSTALL_RPATH $ORIGIN)
   target_compile_features(${name} PUBLIC cxx_std_20)
+  # Without a build type, as a project's subdirectory may be, nothing would be optimised.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:>:-O3>)
+  target_compile_definitions(${name} PRIVATE $<$<CONFIG:>:NDEBUG>)
   target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:fransac_flags>)
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                                             $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>

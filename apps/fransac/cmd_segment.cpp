@@ -106,7 +106,8 @@ Command segment_command() {
   add_flag(command, "--outlines", request->outlines,
            "the planes', drops' and free space's outlines in --json: polygons with holes, in pixels and on the plane in metres "
            "(depth images)");
-  add_output(command, "--overlay", request->overlay.path, "FILE", "picture of the planes, or of the obstacles: PNG");
+  add_output(command, "--overlay", request->overlay.path, "FILE",
+             "picture of the planes with their numbers, or of the obstacles: PNG");
   add_output(command, "--cloud", request->cloud.path, "FILE",
              "coloured points with labels, and with --obstacles their numbers: .pcd or .ply");
   add_segment_options(command, request->options, request->inputs.files);

@@ -66,7 +66,7 @@ complete -c fransac -f -a '(__fransac_complete)'
 class Offers {
  public:
   /// The words must begin with `typed`; `before` stands before each of them already.
-  Offers(std::string typed, std::string before = {}) : typed_(std::move(typed)), before_(std::move(before)) {}
+  explicit Offers(std::string typed, std::string before = {}) : typed_(std::move(typed)), before_(std::move(before)) {}
 
   void word(const std::string& word, std::string_view meaning) {
     if (word.starts_with(typed_)) text_ += fmt::format("{}{}\t{}\n", before_, word, meaning);

@@ -86,7 +86,10 @@ copyreg.pickle(type(segment), lambda function: function.__name__)
 
 
 def frames(
-    path: str | os.PathLike[str], camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None
+    path: str | os.PathLike[str],
+    camera: Camera | Mapping[str, float] | str | os.PathLike[str] | None = None,
+    *,
+    max_size: int | None = None,
 ) -> Iterator[Frame]:
     """The frames of a depth image, a frame folder, a folder of frames or a TUM RGB-D sequence, loaded one by one.
 
@@ -94,10 +97,11 @@ def frames(
     ----------
         path: what `fransac segment` takes, clouds aside.
         camera: instead of the frames' own, as segment takes it.
+        max_size: the largest image that is read, in pixels; larger ones are a ValueError. Default: 2**25.
 
     Raises
     ------
         OSError: a file that cannot be read. ValueError: one that holds something else, or no camera. NoDataError: no frame.
     """
-    files = _list_frames(path)
+    files = _list_frames(path, max_size)
     return (_load_frame(file, camera) for file in files)

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where frames come from: files, and rendered scenes.
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -47,11 +49,15 @@ std::string path_of(const char* argument, nb::handle given) {
   return nb::cast<std::string>(path);
 }
 
-nb::list list_frames(nb::handle given) {
+nb::list list_frames(nb::handle given, std::optional<std::size_t> max_size) {
+  if (max_size == 0) throw nb::value_error("max_size: must be at least 1");
   const std::string path = path_of("path", given);
   io::Dataset dataset = unwrap(without_gil([&] { return io::list_frames(path); }));
   nb::list frames;
-  for (io::FrameFiles& files : dataset.frames) frames.append(nb::cast(std::move(files)));
+  for (io::FrameFiles& files : dataset.frames) {
+    if (max_size) files.limits.max_size = *max_size;
+    frames.append(nb::cast(std::move(files)));
+  }
   return frames;
 }
 
@@ -60,7 +66,7 @@ PyFrame load_frame(const io::FrameFiles& files, nb::handle given_camera) {
   const bool overridden = !given_camera.is_none();
   if (overridden) {
     wanted.camera_file.reset();
-    const io::RawDepth image = unwrap(io::read_depth_image(files.depth));
+    const io::RawDepth image = unwrap(io::read_depth_image(files.depth, files.limits));
     const bool metres = !image.metres.pixels.empty();
     wanted.camera = read_camera(given_camera, metres ? image.metres.width : image.units.width,
                                 metres ? image.metres.height : image.units.height);
@@ -108,8 +114,8 @@ PySynthFrame synthesise(nb::handle scene, nb::handle noise, nb::handle seed, nb:
 
 void bind_files(nb::module_& m) {
   nb::class_<io::FrameFiles>(m, "FrameFiles", "Where a frame's files are; nothing is loaded yet.");
-  m.def("list_frames", &list_frames, nb::arg("path").none(),
-        nb::sig("def list_frames(path: str | os.PathLike[str]) -> list[FrameFiles]"));
+  m.def("list_frames", &list_frames, nb::arg("path").none(), nb::arg("max_size") = nb::none(),
+        nb::sig("def list_frames(path: str | os.PathLike[str], max_size: int | None = None) -> list[FrameFiles]"));
   m.def("load_frame", &load_frame, nb::arg("files"), nb::arg("camera") = nb::none(),
         nb::sig("def load_frame(files: FrameFiles, camera: " FRANSAC_CAMERA " | None = None) -> Frame"));
   nb::class_<PyFrame>(m, "Frame", "A depth frame from files.")

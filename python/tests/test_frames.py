@@ -44,6 +44,15 @@ def test_frames(folder, wall, camera):
     assert one.camera == fransac.Camera(width=64, height=48, fx=80, fy=80, cx=30, cy=20)
 
 
+def test_images_larger_than_max_size_are_refused(folder):
+    assert len(list(fransac.frames(folder, max_size=48 * 64))) > 0
+    for size in (48 * 64 - 1, 1):
+        with pytest.raises(ValueError, match="more than the limit"):
+            list(fransac.frames(folder, max_size=size))
+    with pytest.raises(ValueError, match="max_size"):
+        fransac.frames(folder, max_size=0)
+
+
 def test_frames_errors(folder, tmp_path_factory):
     with pytest.raises(OSError, match="nowhere"):
         fransac.frames(folder / "nowhere")

@@ -60,7 +60,7 @@ SOURCE_SUFFIXES = {".hpp", ".h", ".cc", ".cpp", ".in"}
 SPDX = "SPDX-License-Identifier: Apache-2.0"
 SPDX_SUFFIXES = SOURCE_SUFFIXES | {".py", ".cmake", ".sh"}
 SPDX_NAMES = {"CMakeLists.txt"}
-FOLDERS = ("include", "src", "apps", "adapters", "bench", "cmake", "fuzz", "python", "scripts", "tests", "test_package", ".ci")
+FOLDERS = ("include", "src", "apps", "adapters", "bench", "cmake", "examples", "fuzz", "python", "scripts", "tests", "test_package", ".ci")
 
 # What a library must not call: it would print, or end the program of its user. Demangled names as `nm -C` prints them.
 FORBIDDEN_SYMBOLS = re.compile(

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "fransac/io/overlay.hpp"
@@ -99,6 +102,67 @@ TEST(Overlay, HandlesFloatDepthOneDistanceAndNone) {
 TEST(Overlay, NeedsOneLabelPerPixel) {
   const Scene scene;
   EXPECT_TRUE(overlay(scene.depth, std::span(scene.labels).first(14), nullptr).pixels.empty());
+}
+
+/// A picture of one grey, and its labels.
+struct Numbered {
+  int width;
+  int height;
+  std::vector<std::uint8_t> labels = std::vector<std::uint8_t>(static_cast<std::size_t>(width * height), 255);
+  ColourImage picture{width, height, 3, std::vector<std::uint8_t>(static_cast<std::size_t>(3 * width * height), 100)};
+
+  void plane(int u0, int v0, int u1, int v1, std::uint8_t label) {
+    for (int v = v0; v < v1; ++v) std::fill_n(labels.begin() + v * width + u0, u1 - u0, label);
+  }
+  /// '#' black, '.' white, ' ' as it was.
+  [[nodiscard]] std::vector<std::string> drawn(int u0, int v0, int u1, int v1) const {
+    std::vector<std::string> rows;
+    for (int v = v0; v < v1; ++v) {
+      std::string& row = rows.emplace_back();
+      for (int u = u0; u < u1; ++u) {
+        const Colour colour = pixel(picture, static_cast<std::size_t>(v * width + u));
+        row += colour == Colour{0, 0, 0} ? '#' : colour == Colour{255, 255, 255} ? '.' : ' ';
+      }
+    }
+    return rows;
+  }
+};
+
+TEST(NumberPlanes, WritesTheNumberWhereThePlaneIsWidest) {
+  Numbered image{60, 40};
+  image.plane(0, 0, 3, 40, 17);  // a strip, then
+  image.plane(3, 0, 43, 40, 17);
+  number_planes(image.picture, image.labels);
+  const std::vector<std::string> number = {".........", "..#..###.", ".##....#.", "..#....#.",
+                                           "..#....#.", ".###...#.", "........."};
+  int found = 0;
+  for (int v = 0; v + 7 <= 40; ++v) {
+    for (int u = 0; u + 9 <= 43; ++u) found += image.drawn(u, v, u + 9, v + 7) == number ? 1 : 0;
+  }
+  EXPECT_EQ(found, 1);
+  EXPECT_EQ(image.drawn(43, 0, 60, 40), std::vector<std::string>(40, std::string(17, ' ')));
+  EXPECT_EQ(std::count(image.picture.pixels.begin(), image.picture.pixels.end(), 100), 3 * (60 * 40 - 63));
+}
+
+TEST(NumberPlanes, LeavesOutWhatDoesNotFit) {
+  Numbered image{60, 40};
+  image.plane(0, 0, 60, 6, 1);
+  image.plane(0, 30, 5, 40, 2);
+  const auto before = image.picture.pixels;
+  number_planes(image.picture, image.labels);
+  EXPECT_EQ(image.picture.pixels, before);
+  image.plane(0, 0, 60, 40, 3);
+  number_planes(image.picture, std::span(image.labels).first(60));  // not one for each pixel
+  EXPECT_EQ(image.picture.pixels, before);
+  number_planes(image.picture, image.labels);
+  EXPECT_NE(image.picture.pixels, before);
+}
+
+TEST(NumberPlanes, GrowsWithThePicture) {
+  Numbered image{640, 480};
+  image.plane(100, 100, 300, 300, 8);
+  number_planes(image.picture, image.labels);
+  EXPECT_EQ(std::count(image.picture.pixels.begin(), image.picture.pixels.end(), 0), 3 * 4 * 13);  // 13 squares of 2 x 2
 }
 
 }  // namespace

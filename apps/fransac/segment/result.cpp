@@ -81,8 +81,10 @@ io::ColourImage Segmenter::draw_overlay(std::size_t i) const {
   }
   const io::ColourImage* const background = colour ? &*colour : nullptr;
   const auto& labels = result_.segmentation.labels;
-  return result_.obstacles ? obstacle_overlay(view, labels, result_.obstacles->labels, background)
-                           : io::overlay(view, labels, background);
+  if (result_.obstacles) return obstacle_overlay(view, labels, result_.obstacles->labels, background);
+  io::ColourImage picture = io::overlay(view, labels, background);
+  io::number_planes(picture, labels);
+  return picture;
 }
 
 PointCloud Segmenter::points_of_image() const {

@@ -29,4 +29,8 @@ DepthRange depth_range(const DepthView& depth);
 /// any other number.
 ColourImage overlay(const DepthView& depth, std::span<const std::uint8_t> labels, const ColourImage* background);
 
+/// Writes each plane's number where the plane is widest; where it would not fit into the plane it is left out. One label per
+/// pixel of the picture; nothing is written for any other number.
+void number_planes(ColourImage& picture, std::span<const std::uint8_t> labels);
+
 }  // namespace fransac::io

@@ -134,6 +134,8 @@ enum class UsedBy {
   voxel_grid,  ///< Those of them that have a voxel grid.
 };
 
+/// Whether an option that is used by `users` means something to `method`; to `automatic` all but those of `cells` do: ask for the
+/// method that runs.
 constexpr bool uses(Method method, UsedBy users) {
   const bool voxel_grid = method == Method::fransac || method == Method::voxel_ransac;
   switch (users) {
@@ -156,7 +158,7 @@ struct OptionInfo {
   bool open_min = false;                                  ///< Whether `min` itself is invalid.
   bool open_max = false;                                  ///< Whether `max` itself is invalid.
   std::string_view parameter_of{};                        ///< Not empty: written as "--parameter_of name=value".
-  UsedBy used_by = UsedBy::all;
+  UsedBy used_by = UsedBy::all;                           ///< The methods that it means something to.
 };
 
 /// Whether an option of three numbers is a position, which may be 0, and no direction.
