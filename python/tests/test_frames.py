@@ -46,9 +46,8 @@ def test_frames(folder, wall, camera):
 
 def test_images_larger_than_max_size_are_refused(folder):
     assert len(list(fransac.frames(folder, max_size=48 * 64))) > 0
-    for size in (48 * 64 - 1, 1):
-        with pytest.raises(ValueError, match="more than the limit"):
-            list(fransac.frames(folder, max_size=size))
+    with pytest.raises(ValueError, match="more than the limit"):
+        list(fransac.frames(folder, max_size=48 * 64 - 1))
     with pytest.raises(ValueError, match="max_size"):
         fransac.frames(folder, max_size=0)
 
