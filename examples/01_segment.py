@@ -11,4 +11,6 @@ frame = next(fransac.frames(sys.argv[1])) if len(sys.argv) > 1 else fransac.synt
 found = fransac.segment(frame.depth, frame.camera)
 for plane in found.planes:
     print(f"plane {plane.id}: {plane.kind}, {plane.area_m2:.2f} m2, {plane.d:.2f} m away")
-pathlib.Path("planes.png").write_bytes(found._repr_png_())
+picture = found.picture(frame.depth)
+height, width, _ = picture.shape
+pathlib.Path("planes.ppm").write_bytes(f"P6 {width} {height} 255\n".encode() + picture.tobytes())
