@@ -160,7 +160,7 @@ Command bench_command() {
              "depth images, frame folders, folders of frames, TUM RGB-D sequences, PCD or PLY files");
   add_document(command, "--json", request->json);
   add_runs(command, request->runs, 1000000, "timed runs per frame and method, after one to warm up");
-  command.examples = {{"--method", "desk --method cells,ransac"}, {"--repeat", "desk --repeat 20"}, {"--json", "desk --json -"}};
+  command.examples = {{"--method", "desk --method cells,ransac"}, {"--repeat", "desk --repeat 5"}, {"--json", "desk --json -"}};
   command.footer =
       "Time is from depth (or points) in memory to labels in memory, with buffers reused. An input with several frames gives one "
       "result over all\n"

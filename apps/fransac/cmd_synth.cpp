@@ -150,8 +150,8 @@ Command synth_command() {
   add_count(command, "--height", request->height, 16, kMaxImageSide, "rows; the field of view stays");
   command.examples = {{"--scene", "steps --scene stairs"},
                       {"--noise", "far --noise stereo"},
-                      {"--motion", "round --motion walk --frames 60"},
-                      {"--frames", "ten --frames 10"},
+                      {"--motion", "round --motion walk --frames 10"},
+                      {"--frames", "three --frames 3"},
                       {"--seed", "seventh --seed 7"}};
   command.footer =
       "Writes OUT_DIR/<scene>_<seed>_<frame>/ with depth.png, camera.json, labels.png, objects.png, rgb.png and truth.json, and "
