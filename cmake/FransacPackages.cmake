@@ -42,7 +42,7 @@ endmacro()
 set(abi ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(about "fransac finds every plane of a depth frame or point cloud, and what stands on\nthe floor or falls away from it: fast, and the same on every run.")
 fransac_package(lib libfransac${abi} libs "planes and obstacles in depth frames and point clouds"
-                "${about}\n\nThis package holds the shared libraries: algorithms, and files of images, cameras\nand point clouds.")
+                "${about}\n\nThis package holds the shared libraries: algorithms, and files of\nimages, cameras and point clouds.")
 fransac_package(dev libfransac-dev libdevel "planes and obstacles in depth frames and point clouds: headers"
                 "${about}\n\nThis package holds what is needed to build programs with it." DEPENDS lib NEEDS "libeigen3-dev (>= 3.4)")
 if(FRANSAC_BUILD_PCL)
