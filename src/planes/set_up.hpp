@@ -2,6 +2,8 @@
 /// Which way is up, where the sensor was, and what that makes of the planes.
 #pragma once
 
+#include <Eigen/Core>
+#include <cmath>
 #include <optional>
 
 #include "fransac/core/point_cloud.hpp"
@@ -10,11 +12,17 @@
 
 namespace fransac {
 
+/// A finite vector that is not 0 at unit length, however long it is.
+inline Eigen::Vector3d unit(const Eigen::Vector3d& v) {
+  const bool squares = std::isnormal(v.squaredNorm());  // they neither overflow nor vanish
+  return squares ? v.normalized() : Eigen::Vector3d(v / v.cwiseAbs().maxCoeff()).normalized();
+}
+
 /// Of a depth image. What the options leave open is estimated if the planes have areas and covariances: those of `cells`.
 inline void set_up(const SegmentOptions& options, Segmentation& s) {
   s.sensor_position = options.sensor_position.value_or(Eigen::Vector3d::Zero());
   if (options.up) {
-    s.up = options.up->normalized();
+    s.up = unit(*options.up);
     s.up_source = UpSource::given;
   } else if (s.method == Method::cells) {
     const std::optional<UpEstimate> estimate = estimate_up(s.planes, s.height > s.width);
@@ -30,7 +38,7 @@ inline void set_up(const SegmentOptions& options, Segmentation& s) {
 inline void set_up(const SegmentOptions& options, const PointCloud& cloud, Segmentation& s) {
   s.sensor_position = options.sensor_position ? options.sensor_position : cloud.sensor_position;
   if (!options.up) return;
-  s.up = options.up->normalized();
+  s.up = unit(*options.up);
   s.up_source = UpSource::given;
   classify(*s.up, cloud, s.labels, s.sensor_position, s.planes);
 }

@@ -243,6 +243,19 @@ TEST(EstimateUp, OfAMirrorImage) {
   EXPECT_GT(open, 5);
 }
 
+TEST(Up, IsOfUnitLengthHoweverLongItIsGiven) {
+  const Camera camera{64, 48, 50.0, 50.0, 31.5, 23.5};
+  const std::vector<std::uint16_t> wall(64 * 48, 2000);
+  const DepthView depth = DepthView::from_uint16(wall.data(), 64, 48, 1000.0);
+  for (const double length : {5e-324, 1e-200, 1.0, 1e200, 1.7e308}) {
+    SegmentOptions options;
+    options.up = Eigen::Vector3d(length, -length, 0.0);
+    const auto found = segment(depth, camera, options);
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_NEAR((*found->up - Eigen::Vector3d(std::sqrt(0.5), -std::sqrt(0.5), 0.0)).norm(), 0.0, 1e-12) << length;
+  }
+}
+
 TEST(EstimateUp, LittleConfidenceCountsLittle) {
   const Pose pose{10.0, 0.0};
   const Pose other{40.0, 0.0};

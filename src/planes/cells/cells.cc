@@ -45,7 +45,7 @@ std::optional<PlaneEstimate> estimate(const Region& region, const Grid& grid) {
 
 /// Angle between two directions as undirected lines, degrees.
 double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  const double cosine = std::min(1.0, std::abs(a.normalized().dot(b.normalized())));
+  const double cosine = std::min(1.0, std::abs(unit(a).dot(unit(b))));
   return std::acos(cosine) * 180.0 / std::numbers::pi;
 }
 
