@@ -18,13 +18,6 @@
 namespace fransac::cli {
 namespace {
 
-/// A frame's result becomes files or rows of the tables.
-void hand_on(const SegmentRequest& request, const Input& input, std::size_t i, const SegmentResult& result,
-             ResultTables& tables) {
-  write_outputs(request, input, i, result);
-  if (!request.asks_for_output()) tables.add(result);
-}
-
 /// Checks everything, then finds and writes, frame after frame. A bad frame among several does not stop the others; a standard
 /// output that is gone does.
 void run_segment(SegmentRequest& request) {
@@ -42,7 +35,8 @@ void run_segment(SegmentRequest& request) {
     progress.step(input.name_of(i));
     try {
       const SegmentResult& result = segmenter.find(i, progress);
-      hand_on(request, input, i, result, tables);
+      write_outputs(request, input, i, result);
+      if (!request.asks_for_output()) tables.add(result);
       any_planes = any_planes || !result.segmentation.planes.empty();
       progress.clear();
       explain(request, result);

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "numbers.hpp"
-
 namespace fransac::cli {
 
 std::vector<std::string> Option::names() const {
@@ -73,19 +71,6 @@ Option& add_output(Command& command, const std::string& name, std::string& value
 
 Option& add_document(Command& command, const std::string& name, std::string& value) {
   return add_output(command, name, value, "FILE|-", "results; '-' is standard output, instead of the table");
-}
-
-Option& add_count(Command& command, const std::string& name, int& value, int min, int max, const std::string& help) {
-  const bool bounded = max < std::numeric_limits<int>::max();
-  const std::string expected =
-      fmt::format("a whole number {}", bounded ? fmt::format("{} to {}", min, max) : fmt::format(">= {}", min));
-  const auto take = [&value, min, max, expected](const std::string& text) {
-    const auto number = parse_number<int>(text);
-    if (!number || *number < min || *number > max) reject(expected, text);
-    value = *number;
-  };
-  return command.add(
-      {.name = name, .value = "N", .help = help, .notes = fmt::format("{}; default: {}", expected, value), .take = take});
 }
 
 Option& add_choice(Command& command, const std::string& name, const std::vector<std::string>& words, const std::string& chosen,

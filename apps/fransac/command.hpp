@@ -5,7 +5,6 @@
 
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -112,8 +111,6 @@ Option& add_output(Command& command, const std::string& name, std::string& value
                    const std::string& help);
 /// "--json FILE|-" and its like: results as a document.
 Option& add_document(Command& command, const std::string& name, std::string& value);
-/// A whole number within [min, max].
-Option& add_count(Command& command, const std::string& name, int& value, int min, int max, const std::string& help);
 /// One of some words; `take` sees its place among them.
 Option& add_choice(Command& command, const std::string& name, const std::vector<std::string>& words, const std::string& chosen,
                    const std::string& help, const std::function<void(std::size_t)>& take);

@@ -180,6 +180,17 @@ std::function<void(const std::string&)> taker(T& value, const OptionInfo& info, 
   };
 }
 
+/// An option that is no option of the library.
+template <class T>
+void add_number(Command& command, const std::string& name, T& value, const OptionInfo& info) {
+  const std::string expected = expected_text(info, value);
+  command.add({.name = name,
+               .value = type_name<T>(),
+               .help = std::string(info.help),
+               .notes = notes(info, expected, value_text(value)),
+               .take = taker(value, info, expected)});
+}
+
 struct AddOption {
   Command& command;
   const char* group;
@@ -386,13 +397,12 @@ void add_input_options(Command& command, InputOptions& inputs) {
                   io::ReadLimits{1}.max_decoded_bytes()));
 }
 
+void add_count(Command& command, const std::string& name, int& value, int min, int max, const std::string& help) {
+  add_number(command, name, value, {.help = help, .min = static_cast<double>(min), .max = static_cast<double>(max)});
+}
+
 void add_seed(Command& command, std::uint64_t& value, const std::string& help) {
-  const std::string expected = expected_text(OptionInfo{}, value);
-  command.add({.name = "--seed",
-               .value = "N",
-               .help = help,
-               .notes = fmt::format("{}; default: {}", expected, value),
-               .take = taker(value, OptionInfo{}, expected)});
+  add_number(command, "--seed", value, {.help = help});
 }
 
 void add_segment_options(Command& command, SegmentOptions& options, RunFiles& files, std::vector<Method>* several_methods) {
@@ -447,7 +457,7 @@ void add_track_options(Command& command, TrackOptions& options) {
 }
 
 SegmentOptions Runs::options_of(Method method) const {
-  SegmentOptions chosen = method == Method::automatic ? options : used_by(options, method);
+  SegmentOptions chosen = used_by(options, method);
   chosen.method = method;
   return chosen;
 }
@@ -462,7 +472,7 @@ void check_options(const Runs& runs) {
   check_valid(runs.options);
   static const SegmentOptions kDefaults;
   const auto check = [&](const OptionInfo& info, const auto& value, const auto& by_default) {
-    const auto uses_it = [&](Method method) { return method == Method::automatic || uses(method, info.used_by); };
+    const auto uses_it = [&](Method method) { return uses(method, info, runs.options); };
     if (value == by_default || std::any_of(runs.methods.begin(), runs.methods.end(), uses_it)) return;
     throw UsageError(fmt::format("--{}: means nothing to any method of --method", info.name));
   };

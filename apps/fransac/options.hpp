@@ -31,6 +31,8 @@ struct InputOptions {
 };
 /// Adds "--camera FILE|NAME", "--depth-scale X" and "--max-size N".
 void add_input_options(Command& command, InputOptions& inputs);
+/// Adds "--name N", a whole number within [min, max].
+void add_count(Command& command, const std::string& name, int& value, int min, int max, const std::string& help);
 /// Adds "--seed N".
 void add_seed(Command& command, std::uint64_t& value, const std::string& help);
 

@@ -22,13 +22,10 @@ std::string names_of(UsedBy users) {
 
 /// Refuses what was chosen but means nothing to the method.
 Status check_uses(const SegmentOptions& options) {
-  if (options.method == Method::automatic) return {};
   static const SegmentOptions kDefaults;
   Status status;
   const auto check = [&](const OptionInfo& info, const auto& value, const auto& by_default) {
-    const bool of_sensor = info.name == "sensor" || info.parameter_of == "sensor-param";
-    if (of_sensor && !options.sensor.distortion.empty()) return;  // which is of use to all methods
-    if (!status || uses(options.method, info.used_by) || value == by_default) return;
+    if (!status || value == by_default || uses(options.method, info, options)) return;
     status =
         Error{ErrorCode::invalid_argument, RangeCheck::full_name(info) + ": means nothing to method " +
                                                std::string(enum_name(options.method)) + ", only to " + names_of(info.used_by)};
@@ -46,11 +43,16 @@ const AxisLimits* limits_of(const SegmentOptions& options, Method method, bool d
   return options.pass_through.use.value_or(chosen || by_method) ? &options.pass_through.limits : nullptr;
 }
 
+bool uses(Method method, const OptionInfo& info, const SegmentOptions& options) {
+  const bool of_sensor = info.name == "sensor" || info.parameter_of == "sensor-param";
+  return uses(method, info.used_by) || (of_sensor && !options.sensor.distortion.empty());
+}
+
 SegmentOptions used_by(const SegmentOptions& options, Method method) {
   SegmentOptions used = options;
   const SegmentOptions defaults;
-  const auto reset = [method](const OptionInfo& info, auto& value, const auto& by_default) {
-    if (!uses(method, info.used_by)) value = by_default;
+  const auto reset = [&](const OptionInfo& info, auto& value, const auto& by_default) {
+    if (!uses(method, info, options)) value = by_default;
   };
   for_each_option_of(reset, used, defaults);
   return used;

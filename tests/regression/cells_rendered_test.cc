@@ -175,7 +175,8 @@ TEST_P(CellsRendered, KeepsItsNumbers) {
   const Rendering& rendering = GetParam();
   const std::string name(rendering.name);
   const testing::VersionedTable table(FRANSAC_RENDERED_CSV, "frame,sensor", {kColumns.begin(), kColumns.end()});
-  table.compare(name, {{name + ',' + std::string(enum_name(rendering.synth.sensor)), measure(rendering)}}, kTolerance);
+  table.compare(name, {{name + ',' + std::string(enum_name(rendering.synth.sensor)), measure(rendering)}}, kTolerance,
+                kTolerance);
 }
 
 std::string name_of(const ::testing::TestParamInfo<Rendering>& test) {

@@ -35,8 +35,8 @@ class VersionedTable {
   }
 
   /// The file's rows of the dataset, the first key, must be the measured ones. With FRANSAC_UPDATE_ACCURACY in the environment
-  /// they are written first; other rows are left as they stand. Of numbers beyond 1 the tolerance is a share.
-  void compare(std::string_view dataset, const TableRows& measured, double tolerance) const {
+  /// they are written first; other rows are left as they stand. `share` of a number is tolerated where that is more.
+  void compare(std::string_view dataset, const TableRows& measured, double tolerance, double share = 0.0) const {
     const auto of_dataset = [&](const auto& entry) { return entry.first.starts_with(std::string(dataset) + ','); };
     TableRows table = read();
     if (std::getenv("FRANSAC_UPDATE_ACCURACY") != nullptr) {
@@ -54,7 +54,7 @@ class VersionedTable {
       }
       for (std::size_t i = 0; i < now.size(); ++i) {
         if (std::isnan(now[i]) && std::isnan(before->second[i])) continue;
-        EXPECT_NEAR(now[i], before->second[i], tolerance * std::max(1.0, std::abs(before->second[i])))
+        EXPECT_NEAR(now[i], before->second[i], std::max(tolerance, share * std::abs(before->second[i])))
             << key << ' ' << columns_[i];
       }
     }

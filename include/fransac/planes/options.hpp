@@ -126,7 +126,7 @@ inline SegmentOptions with_defaults(SegmentOptions options, Method method) {
   return options;
 }
 
-/// The methods that an option means something to; `automatic` becomes one of them.
+/// The methods that an option means something to.
 enum class UsedBy {
   all,
   cells,
@@ -134,9 +134,9 @@ enum class UsedBy {
   voxel_grid,  ///< Those of them that have a voxel grid.
 };
 
-/// Whether an option that is used by `users` means something to `method`; to `automatic` all but those of `cells` do: ask for the
-/// method that runs.
+/// Whether an option that is used by `users` means something to `method`; to `automatic`, which becomes one of them, all do.
 constexpr bool uses(Method method, UsedBy users) {
+  if (method == Method::automatic) return true;
   const bool voxel_grid = method == Method::fransac || method == Method::voxel_ransac;
   switch (users) {
     case UsedBy::cells: return method == Method::cells;
@@ -243,6 +243,9 @@ template <class Options, class Visitor>
 void for_each_option(Options& o, Visitor&& visit) {
   for_each_option_of(visit, o);
 }
+
+/// Whether an option means something to `method`: what a sensor.json says does to all, if it corrects depth.
+bool uses(Method method, const OptionInfo& info, const SegmentOptions& options);
 
 /// The options with the defaults of those that mean nothing to `method`: what several methods are given in common.
 SegmentOptions used_by(const SegmentOptions& options, Method method);
