@@ -44,6 +44,7 @@ void MeasureDifferences(const float* n, const float* values, const float* shape,
                         float least, float* out) {
   ref::measure_differences(n, values, shape, cells, step, least, out);
 }
+std::size_t CountLess(const float* values, std::size_t count, float limit) { return ref::count_less(values, count, limit); }
 void MeasureBlocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,
                    float most_noise, float most_m, float* flatness) {
   ref::measure_blocks(row, weight, shape, cells, block, most_noise, most_m, flatness);
@@ -342,6 +343,21 @@ void MeasureDifferences(const float* n, const float* values, const float* shape,
     const Float result = hn::IfThenElse(hn::Ge(fewest, Set(least)), difference, Set(kNone));
     StoreRow(result, k, cells, out);
   }
+}
+
+std::size_t CountLess(const float* HWY_RESTRICT values, std::size_t count, float limit) {
+  using namespace cell_sets;
+  const FloatTag d;
+  const hn::RebindToSigned<FloatTag> di;
+  const Float most = Set(limit);
+  auto less = hn::Zero(di);  // -1 of each that is
+  std::size_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    less = hn::Add(less, hn::BitCast(di, hn::VecFromMask(d, hn::Lt(hn::LoadU(d, values + i), most))));
+  }
+  auto total = static_cast<std::size_t>(-hn::GetLane(hn::SumOfLanes(di, less)));
+  for (; i < count; ++i) total += static_cast<std::size_t>(values[i] < limit);
+  return total;
 }
 
 void MeasureBlocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,

@@ -17,6 +17,7 @@ HWY_EXPORT(SumCells);
 HWY_EXPORT(SumShape);
 HWY_EXPORT(FindNearest);
 HWY_EXPORT(MeasureDifferences);
+HWY_EXPORT(CountLess);
 HWY_EXPORT(MeasureBlocks);
 HWY_EXPORT(SumPixels);
 
@@ -47,6 +48,10 @@ void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, 
 void measure_differences(const float* n, const float* values, const float* shape, std::size_t cells, std::ptrdiff_t step,
                          float least, float* out) {
   HWY_DYNAMIC_DISPATCH(MeasureDifferences)(n, values, shape, cells, step, least, out);
+}
+
+std::size_t count_less(const float* values, std::size_t count, float limit) {
+  return HWY_DYNAMIC_DISPATCH(CountLess)(values, count, limit);
 }
 
 void measure_blocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,

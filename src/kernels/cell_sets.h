@@ -105,6 +105,9 @@ inline constexpr float kNone = 1e30F;
 void measure_differences(const float* n, const float* values, const float* shape, std::size_t cells, std::ptrdiff_t step,
                          float least, float* out);
 
+/// How many values are less than a limit.
+std::size_t count_less(const float* values, std::size_t count, float limit);
+
 /// For one row of cells: the mean squared residual of the plane through the block of each, as if every cell had all pixels, over
 /// the square of its `shape`. kNotFlat where the cell itself or too many others have weight 0, or where the residual is more than
 /// most_noise shape^2 + most_m q^4. Weights are 0 or 1.
@@ -137,6 +140,7 @@ void measure_differences(const float* n, const float* values, const float* shape
                          float least, float* out);
 void measure_blocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,
                     float most_noise, float most_m, float* flatness);
+std::size_t count_less(const float* values, std::size_t count, float limit);
 PixelSums sum_pixels(const std::uint8_t* count, const float* q, std::size_t cells, float on_plane, float du, float least);
 }  // namespace ref
 

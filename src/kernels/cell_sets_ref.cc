@@ -158,6 +158,10 @@ void measure_differences(const float* n, const float* values, const float* shape
   }
 }
 
+std::size_t count_less(const float* values, std::size_t count, float limit) {
+  return static_cast<std::size_t>(std::count_if(values, values + count, [=](float value) { return value < limit; }));
+}
+
 void measure_blocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,
                     float most_noise, float most_m, float* flatness) {
   constexpr double kSize = kCell;

@@ -186,7 +186,7 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   std::optional<ImageRows<Raw>> rows_of_cells;
   const auto measure = [&](const Sampling& sampling) {
     b.grid.sampling = sampling;
-    rows_of_cells.emplace(rows, sampling.copies, sampling.merged, options.threads, b.image);
+    rows_of_cells.emplace(rows, sampling.side(), sampling.merged, options.threads, b.image);
     result.sampled_points =
         measure_cells(*rows_of_cells, depth, camera, sensor, options.sensor, options.threads, b.grid_buffers, b.grid);
   };
