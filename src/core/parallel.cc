@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <latch>
 #include <memory>
@@ -106,13 +107,18 @@ class Team : public std::enable_shared_from_this<Team> {
     return true;
   }
 
+  /// Stays a little longer than it must: the next frame of a stream that is done as fast as can be finds it awake.
   void help() {
-    for (int waited = 0; is_open_.load(std::memory_order_relaxed); ++waited) {
+    using Clock = std::chrono::steady_clock;
+    constexpr std::chrono::microseconds kLinger(200);
+    Clock::time_point since = Clock::now();
+    for (int waited = 0; is_open_.load(std::memory_order_relaxed) || Clock::now() - since < kLinger; ++waited) {
       if (take_one()) {
         waited = 0;
       } else {
         pause(waited);
       }
+      if (is_open_.load(std::memory_order_relaxed)) since = Clock::now();
     }
     helpers_.fetch_sub(1, std::memory_order_release);
   }

@@ -36,6 +36,10 @@ CellSetShape SumShape(const CellArrays& first, const std::uint64_t* set, std::si
                       const CellSetPlane& plane) {
   return ref::sum_shape(first, set, rows, words, plane);
 }
+CellSetErrors SumErrors(const CellArrays& first, const float* sigma, const std::uint64_t* set, std::size_t rows,
+                        std::size_t words) {
+  return ref::sum_errors(first, sigma, set, rows, words);
+}
 void FindNearest(const CellArrays& row, const float* slack, std::size_t cells, const CellSetPlane& plane,
                  const std::uint64_t* set, std::int32_t id, float* least, std::int32_t* nearest) {
   ref::find_nearest(row, slack, cells, plane, set, id, least, nearest);
@@ -311,6 +315,21 @@ CellSetShape SumShape(const CellArrays& first, const std::uint64_t* HWY_RESTRICT
   shape.off = Sum(off);
   shape.slope = Sum(slope);
   return shape;
+}
+
+CellSetErrors SumErrors(const CellArrays& first, const float* HWY_RESTRICT sigma, const std::uint64_t* HWY_RESTRICT set,
+                        std::size_t rows, std::size_t words) {
+  using namespace cell_sets;
+  Float variance = Set(0.0F);
+  Float q4 = Set(0.0F);
+  ForEach(set, rows, words, first.stride, [&](std::ptrdiff_t i, Mask mask) HWY_ATTR {
+    const Float s = hn::IfThenElseZero(mask, Get(sigma, i));
+    const Float q = hn::IfThenElseZero(mask, Get(first.q, i));
+    const Float qq = hn::Mul(q, q);
+    variance = hn::MulAdd(s, s, variance);
+    q4 = hn::MulAdd(qq, qq, q4);
+  });
+  return {Sum(variance), Sum(q4)};
 }
 
 void FindNearest(const CellArrays& row, const float* HWY_RESTRICT slack, std::size_t cells, const CellSetPlane& plane,

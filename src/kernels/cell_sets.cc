@@ -15,6 +15,7 @@ HWY_EXPORT(FindOnPlane);
 HWY_EXPORT(FindLinks);
 HWY_EXPORT(SumCells);
 HWY_EXPORT(SumShape);
+HWY_EXPORT(SumErrors);
 HWY_EXPORT(FindNearest);
 HWY_EXPORT(MeasureDifferences);
 HWY_EXPORT(CountLess);
@@ -38,6 +39,11 @@ CellSetSums sum_cells(const CellArrays& first, const std::uint64_t* set, std::si
 CellSetShape sum_shape(const CellArrays& first, const std::uint64_t* set, std::size_t rows, std::size_t words,
                        const CellSetPlane& plane) {
   return HWY_DYNAMIC_DISPATCH(SumShape)(first, set, rows, words, plane);
+}
+
+CellSetErrors sum_errors(const CellArrays& first, const float* sigma, const std::uint64_t* set, std::size_t rows,
+                         std::size_t words) {
+  return HWY_DYNAMIC_DISPATCH(SumErrors)(first, sigma, set, rows, words);
 }
 
 void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, const CellSetPlane& plane,

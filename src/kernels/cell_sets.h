@@ -94,6 +94,14 @@ CellSetSums sum_cells(const CellArrays& first, const std::uint64_t* set, std::si
 CellSetShape sum_shape(const CellArrays& first, const std::uint64_t* set, std::size_t rows, std::size_t words,
                        const CellSetPlane& plane);
 
+/// Sums over the cells of a set: of sigma^2 and of q^4. `sigma` is the first row's.
+struct CellSetErrors {
+  float variance;
+  float q4;
+};
+CellSetErrors sum_errors(const CellArrays& first, const float* sigma, const std::uint64_t* set, std::size_t rows,
+                         std::size_t words);
+
 /// Where a cell of one row's set is on the plane, as find_on_plane says, and nearer to it than `least`: makes `nearest` the
 /// plane's id, and `least` the sum of the squared distances of its mean and of its slopes over half a cell.
 void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, const CellSetPlane& plane,
@@ -134,6 +142,8 @@ CellSetSums sum_cells(const CellArrays& first, const std::uint64_t* set, std::si
                       const CellSetPlane& plane);
 CellSetShape sum_shape(const CellArrays& first, const std::uint64_t* set, std::size_t rows, std::size_t words,
                        const CellSetPlane& plane);
+CellSetErrors sum_errors(const CellArrays& first, const float* sigma, const std::uint64_t* set, std::size_t rows,
+                         std::size_t words);
 void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, const CellSetPlane& plane,
                   const std::uint64_t* set, std::int32_t id, float* least, std::int32_t* nearest);
 void measure_differences(const float* n, const float* values, const float* shape, std::size_t cells, std::ptrdiff_t step,

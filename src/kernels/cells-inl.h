@@ -104,6 +104,7 @@ HWY_INLINE Float Row(std::size_t v) { return hn::Set(FloatTag(), static_cast<flo
 /// Of the lanes from `i` on of a strip, each one's column in its cell.
 template <std::size_t kSide>
 HWY_INLINE Float ColumnInCell(std::size_t i) {
+  if constexpr (kSide == kStrip) return hn::Iota(FloatTag(), static_cast<float>(i));
   const IntTag d;
   const auto columns = hn::And(hn::Iota(d, static_cast<std::int32_t>(i)), hn::Set(d, static_cast<std::int32_t>(kSide - 1)));
   return hn::ConvertTo(FloatTag(), columns);
@@ -483,7 +484,7 @@ HWY_INLINE void StoreLabels(std::uint64_t measured, const std::uint64_t* HWY_RES
                             const std::uint64_t* HWY_RESTRICT inverse, std::size_t num_planes, std::uint8_t* const* labels,
                             std::size_t column, std::size_t begin, std::size_t end) {
   const auto store = [&](std::uint64_t row, std::size_t v) {
-    if (kSide == kStrip || end - begin == kStrip) {
+    if (end - begin == kStrip) {
       std::memcpy(labels[v] + column, &row, sizeof row);
     } else {
       for (std::size_t u = begin; u < end; ++u) labels[v][column + u] = static_cast<std::uint8_t>(row >> (8 * u));
@@ -520,14 +521,14 @@ HWY_NOINLINE void LabelRun(const CellRows<Raw>& rows, std::size_t first, std::si
   const float floor = tolerance.floor_m / metres_per_unit;
   constexpr std::size_t kCells = kCellsOfStrip<kSide>;
   for (std::size_t strip = first / kCells; strip * kCells < first + cells; ++strip) {
-    const std::size_t from = std::max(first, strip * kCells);
-    const std::size_t to = std::min(first + cells, (strip + 1) * kCells);
+    const std::size_t from = kCells == 1 ? strip : std::max(first, strip * kCells);
+    const std::size_t to = kCells == 1 ? strip + 1 : std::min(first + cells, (strip + 1) * kCells);
     const std::size_t begin = (from - strip * kCells) * kSide;
     const std::size_t end = (to - strip * kCells) * kSide;
     const Threshold<kSide> threshold(tolerance.per_cell + strip * kCells, metres_per_unit, floor);
     const std::size_t column = strip * kStrip;
     std::uint64_t bits[kMost];
-    if ((kSide == kStrip || to - from == kCells) && IsFull<kSide>(rows, column)) {
+    if (to - from == kCells && IsFull<kSide>(rows, column)) {
       AssignStrip<kPlanes, true>(rows, column, begin, end, planes, count, threshold, bits, squared);
       StoreLabels<kSide>(kAll<kSide>, bits, inverse, count, labels, column, begin, end);
     } else {

@@ -74,12 +74,6 @@ void clear_border(Grid& grid) {
   }
 }
 
-/// Calls visit(row) for every row of cells, several at once.
-template <class Visitor>
-void for_each_row(int threads, const Grid& grid, const Visitor& visit) {
-  parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) { for_each_cell_row(task, grid.rows, visit); });
-}
-
 constexpr int kFields = 10;
 kernels::CellMoments fields(float* const (&f)[kFields]) { return {f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9]}; }
 

@@ -191,6 +191,12 @@ class Grid {
   static constexpr float kHalfCell = 0.5F * kernels::kCell;
 };
 
+/// Calls visit(row) for every row of cells, several at once.
+template <class Visitor>
+void for_each_row(int threads, const Grid& grid, const Visitor& visit) {
+  parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) { for_each_cell_row(task, grid.rows, visit); });
+}
+
 /// Memory of measure_cells.
 struct GridBuffers {
   AlignedVector<float> sample;   ///< Some are kernels::kNone.
