@@ -123,9 +123,9 @@ void add(const char* name, Kernel kernel) {
   const auto register_one = [](const std::string& full, const auto& run) {
     benchmark::RegisterBenchmark(full.c_str(), run)->Unit(benchmark::kMicrosecond);
   };
-  register_one(base, with(cell_kernels<std::uint16_t>(), false));
-  register_one(base + "_holes", with(cell_kernels<std::uint16_t>(), true));
-  register_one(base + "_ref", with(fransac::kernels::ref::cell_kernels<std::uint16_t>(), false));
+  register_one(base, with(cell_kernels<std::uint16_t>(kCell), false));
+  register_one(base + "_holes", with(cell_kernels<std::uint16_t>(kCell), true));
+  register_one(base + "_ref", with(fransac::kernels::ref::cell_kernels<std::uint16_t>(kCell), false));
 }
 
 [[maybe_unused]] const bool kAdded = [] {

@@ -431,8 +431,8 @@ struct Pixels {
       for (std::size_t v = 0; v < kCell; ++v) rows.rows[v] = &z[(row * kCell + v) * width];
       const std::size_t first = field.at(row, 0);
       const auto to = [&](std::size_t k) { return &field.fields[k][first]; };
-      ref::cell_kernels<float>().moments(rows, num_cells, 1.0F, 1.0F,
-                                         {to(0), to(1), to(2), to(3), to(4), to(5), to(6), to(7), to(8), to(9)});
+      ref::cell_kernels<float>(kCell).moments(rows, num_cells, 1.0F, 1.0F,
+                                              {to(0), to(1), to(2), to(3), to(4), to(5), to(6), to(7), to(8), to(9)});
       for (std::size_t c = 0; c < num_cells; ++c) {
         field.fields[1][first + c] += static_cast<float>(c * kCell) + 3.5F;
         field.fields[2][first + c] += static_cast<float>(row * kCell) + 3.5F;
@@ -617,7 +617,42 @@ TEST_P(CellSets, TheFirstOfEquallyNearPlanes) {
   }
 }
 
+TEST_P(CellSets, ErrorsOfSets) {
+  for_random_sets([](const Field& field, const SomeCells& set) {
+    Rounded variance(0.0F);
+    Rounded q4(0.0F);
+    std::vector<float> sigma(field.slack.size(), kNaN);  // whatever is not in the set must not count
+    const std::size_t first = field.at(0, 0);
+    for (const std::ptrdiff_t cell : set.cells) {
+      const std::size_t i = first + static_cast<std::size_t>(cell);
+      sigma[i] = field.shape[i];
+      const Rounded q(field.fields[3][i]);
+      variance = variance + Rounded(sigma[i]) * Rounded(sigma[i]);
+      q4 = q4 + q * q * (q * q);
+    }
+    for (const auto kernel : {sum_errors, ref::sum_errors}) {
+      const CellSetErrors got = kernel(field.arrays(), &sigma[first], set.bits.data(), field.rows, set.words);
+      EXPECT_TRUE(variance.may_be(got.variance)) << got.variance;
+      EXPECT_TRUE(q4.may_be(got.q4)) << got.q4;
+    }
+  });
+}
+
 // ---- one row of numbers ----
+
+TEST_P(CellSets, ValuesBelowALimit) {
+  const std::vector<float> values = {0.0F,      1.0F, kNone, 2.0F, 1.0F, 0.5F,  kNone, 3.0F, 1.0F, 0.0F, 2.0F,
+                                     0x1p-100F, 1.0F, kNone, 7.0F, 1.0F, 0.25F, 1.0F,  2.0F, 1.0F, kNone};
+  for (const auto kernel : {count_less, ref::count_less}) {
+    for (std::size_t count = 0; count <= values.size(); ++count) {
+      for (const float limit : {0.0F, 0x1p-100F, 1.0F, 1.5F, kNone}) {
+        const auto less = std::count_if(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count),
+                                        [=](float value) { return value < limit; });
+        EXPECT_EQ(kernel(values.data(), count, limit), static_cast<std::size_t>(less));
+      }
+    }
+  }
+}
 
 void expect_untouched(const std::vector<float>& values, std::size_t first) {
   EXPECT_TRUE(std::all_of(values.begin() + static_cast<std::ptrdiff_t>(first), values.end(),

@@ -44,8 +44,8 @@ struct ReassignBuffers {
     int top;
     int bottom;
   };
-  std::vector<Rows> rows;         ///< Per region.
-  std::size_t words_of_set = 0;   ///< Of each of the sets.
+  std::vector<Rows> rows;        ///< Per region.
+  std::size_t words_of_set = 0;  ///< Of each of the sets.
   std::size_t words_of_row = 0;
   /// Of one row of cells.
   struct Task {
