@@ -36,6 +36,10 @@ CellSetShape SumShape(const CellArrays& first, const std::uint64_t* set, std::si
                       const CellSetPlane& plane) {
   return ref::sum_shape(first, set, rows, words, plane);
 }
+CellSetErrors SumErrors(const CellArrays& first, const float* sigma, const std::uint64_t* set, std::size_t rows,
+                        std::size_t words) {
+  return ref::sum_errors(first, sigma, set, rows, words);
+}
 void FindNearest(const CellArrays& row, const float* slack, std::size_t cells, const CellSetPlane& plane,
                  const std::uint64_t* set, std::int32_t id, float* least, std::int32_t* nearest) {
   ref::find_nearest(row, slack, cells, plane, set, id, least, nearest);
@@ -44,6 +48,7 @@ void MeasureDifferences(const float* n, const float* values, const float* shape,
                         float least, float* out) {
   ref::measure_differences(n, values, shape, cells, step, least, out);
 }
+std::size_t CountLess(const float* values, std::size_t count, float limit) { return ref::count_less(values, count, limit); }
 void MeasureBlocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,
                    float most_noise, float most_m, float* flatness) {
   ref::measure_blocks(row, weight, shape, cells, block, most_noise, most_m, flatness);
@@ -312,6 +317,21 @@ CellSetShape SumShape(const CellArrays& first, const std::uint64_t* HWY_RESTRICT
   return shape;
 }
 
+CellSetErrors SumErrors(const CellArrays& first, const float* HWY_RESTRICT sigma, const std::uint64_t* HWY_RESTRICT set,
+                        std::size_t rows, std::size_t words) {
+  using namespace cell_sets;
+  Float variance = Set(0.0F);
+  Float q4 = Set(0.0F);
+  ForEach(set, rows, words, first.stride, [&](std::ptrdiff_t i, Mask mask) HWY_ATTR {
+    const Float s = hn::IfThenElseZero(mask, Get(sigma, i));
+    const Float q = hn::IfThenElseZero(mask, Get(first.q, i));
+    const Float qq = hn::Mul(q, q);
+    variance = hn::MulAdd(s, s, variance);
+    q4 = hn::MulAdd(qq, qq, q4);
+  });
+  return {Sum(variance), Sum(q4)};
+}
+
 void FindNearest(const CellArrays& row, const float* HWY_RESTRICT slack, std::size_t cells, const CellSetPlane& plane,
                  const std::uint64_t* HWY_RESTRICT set, std::int32_t id, float* HWY_RESTRICT least,
                  std::int32_t* HWY_RESTRICT nearest) {
@@ -342,6 +362,21 @@ void MeasureDifferences(const float* n, const float* values, const float* shape,
     const Float result = hn::IfThenElse(hn::Ge(fewest, Set(least)), difference, Set(kNone));
     StoreRow(result, k, cells, out);
   }
+}
+
+std::size_t CountLess(const float* HWY_RESTRICT values, std::size_t count, float limit) {
+  using namespace cell_sets;
+  const FloatTag d;
+  const hn::RebindToSigned<FloatTag> di;
+  const Float most = Set(limit);
+  auto less = hn::Zero(di);  // -1 of each that is
+  std::size_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    less = hn::Add(less, hn::BitCast(di, hn::VecFromMask(d, hn::Lt(hn::LoadU(d, values + i), most))));
+  }
+  auto total = static_cast<std::size_t>(-hn::GetLane(hn::SumOfLanes(di, less)));
+  for (; i < count; ++i) total += static_cast<std::size_t>(values[i] < limit);
+  return total;
 }
 
 void MeasureBlocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,

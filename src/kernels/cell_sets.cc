@@ -15,8 +15,10 @@ HWY_EXPORT(FindOnPlane);
 HWY_EXPORT(FindLinks);
 HWY_EXPORT(SumCells);
 HWY_EXPORT(SumShape);
+HWY_EXPORT(SumErrors);
 HWY_EXPORT(FindNearest);
 HWY_EXPORT(MeasureDifferences);
+HWY_EXPORT(CountLess);
 HWY_EXPORT(MeasureBlocks);
 HWY_EXPORT(SumPixels);
 
@@ -39,6 +41,11 @@ CellSetShape sum_shape(const CellArrays& first, const std::uint64_t* set, std::s
   return HWY_DYNAMIC_DISPATCH(SumShape)(first, set, rows, words, plane);
 }
 
+CellSetErrors sum_errors(const CellArrays& first, const float* sigma, const std::uint64_t* set, std::size_t rows,
+                         std::size_t words) {
+  return HWY_DYNAMIC_DISPATCH(SumErrors)(first, sigma, set, rows, words);
+}
+
 void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, const CellSetPlane& plane,
                   const std::uint64_t* set, std::int32_t id, float* least, std::int32_t* nearest) {
   HWY_DYNAMIC_DISPATCH(FindNearest)(row, slack, cells, plane, set, id, least, nearest);
@@ -47,6 +54,10 @@ void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, 
 void measure_differences(const float* n, const float* values, const float* shape, std::size_t cells, std::ptrdiff_t step,
                          float least, float* out) {
   HWY_DYNAMIC_DISPATCH(MeasureDifferences)(n, values, shape, cells, step, least, out);
+}
+
+std::size_t count_less(const float* values, std::size_t count, float limit) {
+  return HWY_DYNAMIC_DISPATCH(CountLess)(values, count, limit);
 }
 
 void measure_blocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,

@@ -94,6 +94,14 @@ CellSetSums sum_cells(const CellArrays& first, const std::uint64_t* set, std::si
 CellSetShape sum_shape(const CellArrays& first, const std::uint64_t* set, std::size_t rows, std::size_t words,
                        const CellSetPlane& plane);
 
+/// Sums over the cells of a set: of sigma^2 and of q^4. `sigma` is the first row's.
+struct CellSetErrors {
+  float variance;
+  float q4;
+};
+CellSetErrors sum_errors(const CellArrays& first, const float* sigma, const std::uint64_t* set, std::size_t rows,
+                         std::size_t words);
+
 /// Where a cell of one row's set is on the plane, as find_on_plane says, and nearer to it than `least`: makes `nearest` the
 /// plane's id, and `least` the sum of the squared distances of its mean and of its slopes over half a cell.
 void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, const CellSetPlane& plane,
@@ -104,6 +112,9 @@ void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, 
 inline constexpr float kNone = 1e30F;
 void measure_differences(const float* n, const float* values, const float* shape, std::size_t cells, std::ptrdiff_t step,
                          float least, float* out);
+
+/// How many values are less than a limit.
+std::size_t count_less(const float* values, std::size_t count, float limit);
 
 /// For one row of cells: the mean squared residual of the plane through the block of each, as if every cell had all pixels, over
 /// the square of its `shape`. kNotFlat where the cell itself or too many others have weight 0, or where the residual is more than
@@ -131,12 +142,15 @@ CellSetSums sum_cells(const CellArrays& first, const std::uint64_t* set, std::si
                       const CellSetPlane& plane);
 CellSetShape sum_shape(const CellArrays& first, const std::uint64_t* set, std::size_t rows, std::size_t words,
                        const CellSetPlane& plane);
+CellSetErrors sum_errors(const CellArrays& first, const float* sigma, const std::uint64_t* set, std::size_t rows,
+                         std::size_t words);
 void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, const CellSetPlane& plane,
                   const std::uint64_t* set, std::int32_t id, float* least, std::int32_t* nearest);
 void measure_differences(const float* n, const float* values, const float* shape, std::size_t cells, std::ptrdiff_t step,
                          float least, float* out);
 void measure_blocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,
                     float most_noise, float most_m, float* flatness);
+std::size_t count_less(const float* values, std::size_t count, float limit);
 PixelSums sum_pixels(const std::uint8_t* count, const float* q, std::size_t cells, float on_plane, float du, float least);
 }  // namespace ref
 

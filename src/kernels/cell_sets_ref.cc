@@ -136,6 +136,21 @@ CellSetShape sum_shape(const CellArrays& first, const std::uint64_t* set, std::s
   return shape;
 }
 
+CellSetErrors sum_errors(const CellArrays& first, const float* sigma, const std::uint64_t* set, std::size_t rows,
+                         std::size_t words) {
+  double variance = 0.0;
+  double q4 = 0.0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < words * kWordBits; ++column) {
+      if (!has(set + row * words, column)) continue;
+      const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(row) * first.stride + static_cast<std::ptrdiff_t>(column);
+      variance += std::pow(static_cast<double>(sigma[i]), 2);
+      q4 += std::pow(static_cast<double>(first.q[i]), 4);
+    }
+  }
+  return {static_cast<float>(variance), static_cast<float>(q4)};
+}
+
 void find_nearest(const CellArrays& row, const float* slack, std::size_t cells, const CellSetPlane& plane,
                   const std::uint64_t* set, std::int32_t id, float* least, std::int32_t* nearest) {
   for (std::size_t i = 0; i < cells; ++i) {
@@ -156,6 +171,10 @@ void measure_differences(const float* n, const float* values, const float* shape
     const bool full = std::min(n[i], std::min(n[i - step], n[i + step])) >= least;
     out[k] = full ? static_cast<float>(std::abs(static_cast<double>(values[i]) - mean) / static_cast<double>(shape[i])) : kNone;
   }
+}
+
+std::size_t count_less(const float* values, std::size_t count, float limit) {
+  return static_cast<std::size_t>(std::count_if(values, values + count, [=](float value) { return value < limit; }));
 }
 
 void measure_blocks(const CellArrays& row, const float* weight, const float* shape, std::size_t cells, const CellBlock& block,

@@ -15,13 +15,13 @@ HWY_EXPORT(Cells16);
 HWY_EXPORT(Cells32);
 
 template <>
-const CellKernels<std::uint16_t>& cell_kernels() {
-  return *HWY_DYNAMIC_DISPATCH(Cells16)();
+const CellKernels<std::uint16_t>& cell_kernels(int side) {
+  return *HWY_DYNAMIC_DISPATCH(Cells16)(side);
 }
 
 template <>
-const CellKernels<float>& cell_kernels() {
-  return *HWY_DYNAMIC_DISPATCH(Cells32)();
+const CellKernels<float>& cell_kernels(int side) {
+  return *HWY_DYNAMIC_DISPATCH(Cells32)(side);
 }
 
 }  // namespace fransac::kernels

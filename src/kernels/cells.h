@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vector code over one row of cells of a depth image: kCell rows of pixels. Raw pointers only.
+// Vector code over one row of cells of a depth image: `side` rows of pixels. Raw pointers only.
 //
-// Rows of pixels are as in rows.h: `cells * kCell` raw values, 0 where nothing was measured. A cell is kCell x kCell pixels; a
+// Rows of pixels are as in rows.h: `cells * side` raw values and what is missing to a multiple of 8, 0 where nothing was
+// measured. A cell is `side` x `side` pixels, 8, 4 or 2, and always kCell x kCell samples: of larger pixels each is several. A
 // pixel's inverse depth is q = 1 / (raw * metres_per_unit), per metre.
 #pragma once
 
@@ -15,17 +16,18 @@ namespace fransac::kernels {
 inline constexpr int kCell = 8;
 static_assert(kBlock % kCell == 0);
 
-/// The pixel rows of one row of cells; rows below the image are rows of zeros.
+/// The pixel rows of one row of cells, the first `side`; rows below the image are rows of zeros.
 template <class Raw>
 struct CellRows {
   const Raw* rows[kCell];
 };
 
-/// What the pixels of each cell measured; one value per cell. Columns and rows count from the cell's centre, pixels. Cells with
-/// fewer than `least` measurements, or whose measurements lie on a line or average kMostInverseDepth, have n = 0 and
-/// mean_squared_residual = kNoFit; their other values are 0.
+/// What the pixels of each cell measured; one value per cell. Columns and rows count from the cell's centre, samples, each pixel
+/// at its own centre; a measurement is as many samples as its pixel. Cells with fewer than `least` measurements, or whose
+/// measurements lie on a line or average kMostInverseDepth, have n = 0 and mean_squared_residual = kNoFit; their other values are
+/// 0.
 struct CellMoments {
-  float* n;   ///< Measurements.
+  float* n;   ///< Measurements, samples.
   float* u;   ///< Mean column.
   float* v;   ///< Mean row.
   float* q;   ///< Mean inverse depth.
@@ -37,8 +39,8 @@ struct CellMoments {
   float* mean_squared_residual;  ///< Of q about that plane, over n.
 };
 inline constexpr float kNoFit = 1e30F;
-/// Measurements whose positions have a smaller determinant of their second moments, pixels^4, lie on a line: one row of kCell
-/// pixels with a single pixel in the next has 0.55.
+/// Measurements whose positions have a smaller determinant of their second moments, samples^4, lie on a line: one row of kCell
+/// samples with a single one in the next has 0.55.
 inline constexpr float kLeastSpread = 0.5F;
 /// No depth that a sensor gives, but one that a file may hold. Squares of 64 times that still stay below kNoFit.
 inline constexpr float kMostInverseDepth = 1e13F;
@@ -54,7 +56,7 @@ struct CellPlane {
 /// A measurement with depth z belongs to a plane whose inverse depth there is q when |z q - 1| z <= tolerance * z^2 + floor_m:
 /// the noise of inverse depth, and metres.
 struct CellTolerance {
-  const float* per_cell;  ///< Of inverse depth, per metre; one for each cell of the image's row.
+  const float* per_cell;  ///< Of inverse depth, per metre; one for each cell of the image's row. Whole vectors are read.
   float floor_m;
 };
 
@@ -69,7 +71,7 @@ inline constexpr std::size_t kMostCandidates = 9;
 
 template <class Raw>
 struct CellKernels {
-  /// Moments and planes of `cells` cells; how many measurements they have, those of cells without a plane too.
+  /// Moments and planes of `cells` cells; how many pixels are measured, those of cells without a plane too.
   std::size_t (*moments)(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit, float least,
                          const CellMoments& out);
   /// Labels the cells [first, first + cells), which have the same candidates, 1 to kMostCandidates: 0 where nothing was measured,
@@ -88,22 +90,22 @@ struct CellKernels {
                const CellTolerance& tolerance);
 };
 
-/// The functions for this machine's best instruction set; Raw is std::uint16_t or float.
+/// The functions for this machine's best instruction set; Raw is std::uint16_t or float, `side` 8, 4 or 2.
 template <class Raw>
-const CellKernels<Raw>& cell_kernels();
+const CellKernels<Raw>& cell_kernels(int side);
 template <>
-const CellKernels<std::uint16_t>& cell_kernels();
+const CellKernels<std::uint16_t>& cell_kernels(int side);
 template <>
-const CellKernels<float>& cell_kernels();
+const CellKernels<float>& cell_kernels(int side);
 
 namespace ref {
 /// The scalar truth; all agree to rounding.
 template <class Raw>
-const CellKernels<Raw>& cell_kernels();
+const CellKernels<Raw>& cell_kernels(int side);
 template <>
-const CellKernels<std::uint16_t>& cell_kernels();
+const CellKernels<std::uint16_t>& cell_kernels(int side);
 template <>
-const CellKernels<float>& cell_kernels();
+const CellKernels<float>& cell_kernels(int side);
 }  // namespace ref
 
 }  // namespace fransac::kernels

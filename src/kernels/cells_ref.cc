@@ -8,47 +8,48 @@
 namespace fransac::kernels::ref {
 namespace {
 
-constexpr double kCentre = 0.5 * (kCell - 1);
-
 /// Calls visit(column, row, z) for every measurement of a cell, z in metres.
-template <class Raw, class Visitor>
+template <int kSide, class Raw, class Visitor>
 void for_each_measurement(const CellRows<Raw>& rows, std::size_t cell, float metres_per_unit, Visitor visit) {
-  for (int v = 0; v < kCell; ++v) {
-    for (std::size_t u = cell * kCell; u < (cell + 1) * kCell; ++u) {
+  for (int v = 0; v < kSide; ++v) {
+    for (std::size_t u = cell * kSide; u < (cell + 1) * kSide; ++u) {
       const Raw raw = rows.rows[v][u];
       if (raw != Raw{0}) visit(u, v, static_cast<double>(raw) * static_cast<double>(metres_per_unit));
     }
   }
 }
 
-template <class Raw>
+template <int kSide, class Raw>
 std::size_t moments(const CellRows<Raw>& rows, std::size_t cells, float metres_per_unit, float least, const CellMoments& out) {
+  constexpr double kSamples = static_cast<double>(kCell) / kSide;  // in the length of a pixel
+  constexpr double kSquared = kSamples * kSamples;
+  constexpr double kCentre = 0.5 * (kSide - 1);
   std::size_t measured = 0;
   for (std::size_t c = 0; c < cells; ++c) {
     double n = 0.0;
     double sum_u = 0.0;
     double sum_v = 0.0;
     double sum_q = 0.0;
-    const double centre_u = static_cast<double>(c * kCell) + kCentre;
-    for_each_measurement(rows, c, metres_per_unit, [&](std::size_t u, int v, double z) {
+    const double centre_u = static_cast<double>(c * kSide) + kCentre;
+    for_each_measurement<kSide>(rows, c, metres_per_unit, [&](std::size_t u, int v, double z) {
       n += 1.0;
-      sum_u += static_cast<double>(u) - centre_u;
-      sum_v += v - kCentre;
+      sum_u += kSamples * (static_cast<double>(u) - centre_u);
+      sum_v += kSamples * (v - kCentre);
       sum_q += 1.0 / z;
     });
     measured += static_cast<std::size_t>(n);
     out.n[c] = out.u[c] = out.v[c] = out.q[c] = out.uu[c] = out.uv[c] = out.vv[c] = out.du[c] = out.dv[c] = 0.0F;
     out.mean_squared_residual[c] = kNoFit;
-    if (n < static_cast<double>(least) || n == 0.0 || !(sum_q / n < static_cast<double>(kMostInverseDepth))) continue;
+    if (n * kSquared < static_cast<double>(least) || n == 0.0 || !(sum_q / n < static_cast<double>(kMostInverseDepth))) continue;
     double uu = 0.0;
     double uv = 0.0;
     double vv = 0.0;
     double uq = 0.0;
     double vq = 0.0;
     double qq = 0.0;
-    for_each_measurement(rows, c, metres_per_unit, [&](std::size_t column, int row, double z) {
-      const double u = static_cast<double>(column) - centre_u - sum_u / n;
-      const double v = row - kCentre - sum_v / n;
+    for_each_measurement<kSide>(rows, c, metres_per_unit, [&](std::size_t column, int row, double z) {
+      const double u = kSamples * (static_cast<double>(column) - centre_u) - sum_u / n;
+      const double v = kSamples * (row - kCentre) - sum_v / n;
       const double q = 1.0 / z - sum_q / n;
       uu += u * u / n;
       uv += u * v / n;
@@ -61,7 +62,7 @@ std::size_t moments(const CellRows<Raw>& rows, std::size_t cells, float metres_p
     if (!(det > static_cast<double>(kLeastSpread))) continue;
     const double du = (vv * uq - uv * vq) / det;
     const double dv = (uu * vq - uv * uq) / det;
-    out.n[c] = static_cast<float>(n);
+    out.n[c] = static_cast<float>(n * kSquared);
     out.u[c] = static_cast<float>(sum_u / n);
     out.v[c] = static_cast<float>(sum_v / n);
     out.q[c] = static_cast<float>(sum_q / n);
@@ -85,14 +86,14 @@ bool belongs(double residual, double z, std::size_t cell, const CellTolerance& t
   return std::abs(residual) * z <= static_cast<double>(tolerance.per_cell[cell]) * z * z + static_cast<double>(tolerance.floor_m);
 }
 
-template <class Raw>
+template <int kSide, class Raw>
 void label(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, float metres_per_unit, const CellPlane* planes,
            std::size_t num_planes, const CellTolerance& tolerance, std::uint8_t* const* labels, CellRunEvidence* evidence) {
   for (std::size_t p = 0; p < num_planes; ++p) evidence[p].squared_residual = 0.0F;
   for (std::size_t c = first; c < first + cells; ++c) {
     for (std::size_t p = 0; p < num_planes; ++p) evidence[p].count[c - first] = 0;
-    for (int v = 0; v < kCell; ++v) std::fill_n(labels[v] + c * kCell, kCell, std::uint8_t{0});
-    for_each_measurement(rows, c, metres_per_unit, [&](std::size_t u, int v, double z) {
+    for (int v = 0; v < kSide; ++v) std::fill_n(labels[v] + c * kSide, kSide, std::uint8_t{0});
+    for_each_measurement<kSide>(rows, c, metres_per_unit, [&](std::size_t u, int v, double z) {
       std::size_t best = num_planes;
       double least = 0.0;
       for (std::size_t p = 0; p < num_planes; ++p) {
@@ -109,38 +110,43 @@ void label(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, floa
   }
 }
 
-template <class Raw>
+template <int kSide, class Raw>
 void label_none(const CellRows<Raw>& rows, std::size_t first, std::size_t cells, std::uint8_t* const* labels) {
-  for (int v = 0; v < kCell; ++v) {
-    for (std::size_t u = first * kCell; u < (first + cells) * kCell; ++u) {
+  for (int v = 0; v < kSide; ++v) {
+    for (std::size_t u = first * kSide; u < (first + cells) * kSide; ++u) {
       labels[v][u] = rows.rows[v][u] != Raw{0} ? std::uint8_t{255} : std::uint8_t{0};
     }
   }
 }
 
-template <class Raw>
+template <int kSide, class Raw>
 typename CellKernels<Raw>::Fits fits(const CellRows<Raw>& rows, std::size_t cell, float metres_per_unit, const CellPlane& plane,
                                      const CellTolerance& tolerance) {
   typename CellKernels<Raw>::Fits result{0, 0};
-  for_each_measurement(rows, cell, metres_per_unit, [&](std::size_t u, int v, double z) {
+  for_each_measurement<kSide>(rows, cell, metres_per_unit, [&](std::size_t u, int v, double z) {
     ++result.measured;
     if (belongs(residual(plane, u, v, z), z, cell, tolerance)) ++result.fitting;
   });
   return result;
 }
 
+template <int kSide, class Raw>
+constexpr CellKernels<Raw> kKernels{moments<kSide, Raw>, label<kSide, Raw>, label_none<kSide, Raw>, fits<kSide, Raw>};
+
 template <class Raw>
-constexpr CellKernels<Raw> kKernels{moments<Raw>, label<Raw>, label_none<Raw>, fits<Raw>};
+const CellKernels<Raw>& kernels_of(int side) {
+  return side == 8 ? kKernels<8, Raw> : side == 4 ? kKernels<4, Raw> : kKernels<2, Raw>;
+}
 
 }  // namespace
 
 template <>
-const CellKernels<std::uint16_t>& cell_kernels() {
-  return kKernels<std::uint16_t>;
+const CellKernels<std::uint16_t>& cell_kernels(int side) {
+  return kernels_of<std::uint16_t>(side);
 }
 template <>
-const CellKernels<float>& cell_kernels() {
-  return kKernels<float>;
+const CellKernels<float>& cell_kernels(int side) {
+  return kernels_of<float>(side);
 }
 
 }  // namespace fransac::kernels::ref

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/caught.hpp"
+#include "fransac/core/parallel.hpp"
 #include "fransac/filter/correct.hpp"
 #include "fransac/filter/organised.hpp"
 #include "fransac/filter/voxel_grid.hpp"
@@ -475,6 +476,7 @@ Status segment_checked(const Source& source, const SegmentOptions& options, Work
   SegmentOptions chosen = with_defaults(options, method);
   chosen.method = method;
   if (Status status = validate(chosen); !status) return status;  // `automatic` may have become one that does not know an option
+  const AwakeThreads awake(chosen.threads);
   reset(segmentation, method, source.width(), source.height());
   if constexpr (Source::kDepthImage) {
     return find_planes_of_image(source, chosen, workspace.impl(), segmentation);

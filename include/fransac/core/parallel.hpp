@@ -34,6 +34,19 @@ using IndexPredicate = IndexCallable<bool>;
 /// no more threads it works here, in order.
 void parallel_for(int threads, std::size_t n, IndexFunction body);
 
+/// While one lives, the threads that help its thread's calls of parallel_for stay awake: they find work within a microsecond,
+/// where waking them takes some tens, and keep a core busy meanwhile.
+class AwakeThreads {
+ public:
+  explicit AwakeThreads(int threads);  ///< As many as in those calls.
+  ~AwakeThreads();
+  AwakeThreads(const AwakeThreads&) = delete;
+  AwakeThreads& operator=(const AwakeThreads&) = delete;
+
+ private:
+  bool is_open_;
+};
+
 /// One step of what is done to every item of a stream.
 struct PipelineStage {
   IndexFunction run;             ///< Of a slot.

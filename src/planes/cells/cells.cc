@@ -186,7 +186,7 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   std::optional<ImageRows<Raw>> rows_of_cells;
   const auto measure = [&](const Sampling& sampling) {
     b.grid.sampling = sampling;
-    rows_of_cells.emplace(rows, sampling.copies, sampling.merged, options.threads, b.image);
+    rows_of_cells.emplace(rows, sampling.side(), sampling.merged, options.threads, b.image);
     result.sampled_points =
         measure_cells(*rows_of_cells, depth, camera, sensor, options.sensor, options.threads, b.grid_buffers, b.grid);
   };
@@ -210,11 +210,11 @@ Status find(const DepthView& depth, const Camera& camera, const SegmentOptions& 
   result.bias_m = noise.bias_m;
   clock.end(Stage::cells);
   expect(b);
-  grow_regions(b.grid, b.expected, b.region_buffers, b.judge, b.regions);
+  grow_regions(b.grid, b.expected, options.threads, b.region_buffers, b.judge.front(), b.regions);
   clock.end(Stage::regions);
   merge_regions(b.grid, b.merge, b.regions);
-  reassign_borders(b.grid, b.reassign, b.regions);
-  judge_regions(b.grid, options.cells.min_confidence, b.reassign, b.judge, b.regions);
+  reassign_borders(b.grid, options.threads, b.reassign, b.regions);
+  judge_regions(b.grid, options.cells.min_confidence, options.threads, b.reassign, b.judge, b.regions);
   clock.end(Stage::merge);
   number_regions(b.grid, options, b, result);
   label_pixels(image, depth, camera, b.grid, b.regions, b.labels, options.threads, b.pixels, result.labels.data());

@@ -22,7 +22,7 @@ struct Buffers {
   Grid grid;
   RegionBuffers region_buffers;
   Regions regions;
-  JudgeBuffers judge;
+  JudgeBuffersOfTasks judge;
   MergeBuffers merge;
   ReassignBuffers reassign;
   std::vector<PlaneSegment> wanted;     ///< By Workspace::expect.

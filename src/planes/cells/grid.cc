@@ -19,7 +19,7 @@ using kernels::kCell;
 
 /// A Kinect's focal length, at which cells were first measured: 8 pixels are 0.87 degrees.
 constexpr double kFocalLength_px = 525.0;
-constexpr int kMostCopies = 2;
+constexpr int kMostParts = 2;
 constexpr int kMostMerged = 8;
 
 /// Noise is taken for no less: what the rounding of floats leaves of rendered depth.
@@ -76,29 +76,6 @@ void clear_border(Grid& grid) {
 
 constexpr int kFields = 10;
 kernels::CellMoments fields(float* const (&f)[kFields]) { return {f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9]}; }
-
-/// Copies of a pixel are all at its centre: what they add to the spread of positions goes, and so does what that adds to the
-/// residual. Both are exact, for partial cells as well.
-void take_copies_back(int copies, std::size_t cells, const kernels::CellMoments& m) {
-  const auto added = static_cast<float>((copies * copies - 1) / 12.0);
-  for (std::size_t c = 0; c < cells; ++c) {
-    if (m.n[c] == 0.0F) continue;
-    const float uq = m.uu[c] * m.du[c] + m.uv[c] * m.dv[c];
-    const float vq = m.uv[c] * m.du[c] + m.vv[c] * m.dv[c];
-    const float qq = m.mean_squared_residual[c] + m.du[c] * uq + m.dv[c] * vq;
-    m.uu[c] -= added;
-    m.vv[c] -= added;
-    const float det = m.uu[c] * m.vv[c] - m.uv[c] * m.uv[c];
-    if (!(det > kernels::kLeastSpread)) {
-      m.n[c] = m.u[c] = m.v[c] = m.q[c] = m.uu[c] = m.uv[c] = m.vv[c] = m.du[c] = m.dv[c] = 0.0F;
-      m.mean_squared_residual[c] = kernels::kNoFit;
-      continue;
-    }
-    m.du[c] = (m.vv[c] * uq - m.uv[c] * vq) / det;
-    m.dv[c] = (m.uu[c] * vq - m.uv[c] * uq) / det;
-    m.mean_squared_residual[c] = std::max(0.0F, qq - m.du[c] * uq - m.dv[c] * vq);
-  }
-}
 
 /// One cell out of the `merged` x `merged` of `parts`, rows of `stride` cells of 8 x 8 pixels, from column `first` on.
 void merge_cell(const kernels::CellMoments& parts, int merged, std::size_t stride, std::size_t first, double least,
@@ -163,13 +140,11 @@ void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Gr
   const kernels::CellMoments out{from(grid.n),  from(grid.u),  from(grid.v),  from(grid.q),  from(grid.uu),
                                  from(grid.uv), from(grid.vv), from(grid.du), from(grid.dv), from(grid.residual)};
   const auto cells = static_cast<std::size_t>(grid.columns);
-  const auto& kernel = kernels::cell_kernels<Raw>();
+  const auto& kernel = kernels::cell_kernels<Raw>(grid.sampling.side());
   const auto least = static_cast<float>(kC.least_measured);
-  const auto [copies, merged] = grid.sampling;
+  const int merged = grid.sampling.merged;
   if (merged == 1) {
     task.measured = kernel.moments(image.cells(row), cells, metres_per_unit, least, out);
-    if (copies > 1) take_copies_back(copies, cells, out);
-    task.measured /= at(copies * copies);
   } else {
     const std::size_t stride = cells * at(merged);
     const std::size_t size = at(merged) * stride;
@@ -194,53 +169,62 @@ void measure_row(const ImageRows<Raw>& image, int row, float metres_per_unit, Gr
   }
 }
 
-/// Counts of positive floats by the leading bits, steps of an eighth, from which quantiles follow.
+/// Bins of positive floats by the leading bits, steps of an eighth, from which quantiles follow.
+struct FloatBins {
+  static constexpr int kDropped = 20;
+  static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(1e-16F) >> kDropped;  // less than any noise squared
+  static constexpr std::uint32_t kLast = std::bit_cast<std::uint32_t>(1e6F) >> kDropped;
+  static constexpr std::size_t kCount = kLast - kFirst;  ///< Values beyond, kernels::kNone among them, are in none.
+
+  static std::size_t of(float value) {
+    return std::clamp(std::bit_cast<std::uint32_t>(value) >> kDropped, kFirst, kLast) - kFirst;
+  }
+  static float start(std::size_t bin) { return std::bit_cast<float>(static_cast<std::uint32_t>(bin + kFirst) << kDropped); }
+  /// The value in a bin of which `share` of the bin's values are less.
+  static double within(std::size_t bin, double share) {
+    const auto from = static_cast<double>(start(bin));
+    return from + (static_cast<double>(start(bin + 1)) - from) * share;
+  }
+};
+
+/// Counts of weighted values.
 class Histogram {
  public:
-  void add(float value, std::uint32_t weight) { counts_[leading(value)] += weight; }
-  void add(const Histogram& other, std::uint32_t weight) {
-    for (std::size_t i = 0; i < kBins; ++i) counts_[i] += weight * other.counts_[i];
-  }
-  /// Forgets the largest values, kernels::kNone among them.
-  void drop_last() { counts_.back() = 0; }
-  [[nodiscard]] std::uint64_t total() const { return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0}); }
+  void add(float value, std::uint32_t weight) { counts_[FloatBins::of(value)] += weight; }
   /// The value below which a share lies; 0 of nothing.
   [[nodiscard]] double quantile(double share) const {
-    const std::uint64_t all = total();
+    const std::uint64_t all = std::accumulate(counts_.begin(), counts_.end() - 1, std::uint64_t{0});
     if (all == 0) return 0.0;
     double rank = share * static_cast<double>(all - 1);
     std::size_t bin = 0;
     for (; rank >= static_cast<double>(counts_[bin]); ++bin) rank -= static_cast<double>(counts_[bin]);
-    const auto start = [](std::size_t i) {
-      return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(i + kFirst) << kDropped));
-    };
-    return start(bin) + (start(bin + 1) - start(bin)) * (rank + 0.5) / static_cast<double>(counts_[bin]);
+    return FloatBins::within(bin, (rank + 0.5) / static_cast<double>(counts_[bin]));
   }
 
  private:
-  static constexpr int kDropped = 20;
-  static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(1e-16F) >> kDropped;  // less than any noise squared
-  static constexpr std::uint32_t kLast = std::bit_cast<std::uint32_t>(1e6F) >> kDropped;
-  static constexpr std::size_t kBins = kLast - kFirst + 1;
-  static std::size_t leading(float value) {
-    return std::clamp(std::bit_cast<std::uint32_t>(value) >> kDropped, kFirst, kLast) - kFirst;
-  }
-  std::array<std::uint32_t, kBins> counts_{};
+  std::array<std::uint32_t, FloatBins::kCount + 1> counts_{};
 };
 
-/// The value below which a share of a sample lies; 0 without one. Values are not negative.
+/// The value below which a share of a sample lies; 0 without one. Values are not negative. Bisection: counting what is less is
+/// the fastest thing to do with them.
 double quantile(const AlignedVector<float>& sample, double share) {
-  Histogram histogram;
-  Histogram other;  // neighbours are often alike, and one counter would wait for itself
-  const std::size_t even = sample.size() / 2 * 2;
-  for (std::size_t i = 0; i < even; i += 2) {
-    histogram.add(sample[i], 1);
-    other.add(sample[i + 1], 1);
+  const auto less = [&](std::size_t bin) {
+    return bin == 0 ? 0 : kernels::count_less(sample.data(), sample.size(), FloatBins::start(bin));
+  };
+  std::size_t bin = 0;
+  std::size_t end = FloatBins::kCount;
+  std::size_t below = 0;
+  std::size_t below_end = less(end);
+  if (below_end == 0) return 0.0;
+  const double rank = share * static_cast<double>(below_end - 1);
+  while (end - bin > 1) {
+    const std::size_t middle = bin + (end - bin) / 2;
+    const std::size_t count = less(middle);
+    const bool after = static_cast<double>(count) <= rank;
+    (after ? bin : end) = middle;
+    (after ? below : below_end) = count;
   }
-  if (even < sample.size()) histogram.add(sample[even], 1);
-  histogram.add(other, 1);
-  histogram.drop_last();
-  return histogram.quantile(share);
+  return FloatBins::within(bin, (rank - static_cast<double>(below) + 0.5) / static_cast<double>(below_end - below));
 }
 
 /// Calls visit(first cell) for rows that a sample is taken from: all, or of large images every so many, some thousands of cells.
@@ -251,30 +235,41 @@ void for_each_sampled_row(const Grid& grid, Visitor visit) {
   for (int r = 0; r < grid.rows; r += step) visit(grid.index(r, 0));
 }
 
-/// Which cells tell something of noise: not those that hold one value throughout, or a few steps of depth that do not slope. A
-/// wall seen from the front in coarse units does, but so do a sky, a far clip and a filled hole.
-void find_telling(double step_m, GridBuffers& buffers, const Grid& grid) {
-  buffers.telling.resize(grid.size() + Grid::kPadding);
-  buffers.centred.resize(grid.size() + Grid::kPadding);
+/// Which cells of a row tell something of noise: not those that hold one value throughout, or a few steps of depth that do not
+/// slope. A wall seen from the front in coarse units does, but so do a sky, a far clip and a filled hole.
+void find_telling(int row, double step_m, GridBuffers& buffers, const Grid& grid) {
   constexpr float kRounding = 1e-5F;  // far more than sums of one value round to, far less than any sensor's noise
   const auto half_step = static_cast<float>(0.5 * step_m);  // rounding alone leaves 0.29 of a step
-  const float half = 0.5F * (kCell - 1);
-  for (int r = 0; r < grid.rows; ++r) {
-    const auto v = static_cast<float>(r * kCell - 0.5 * grid.height) + half;
-    for (int c = 0; c < grid.columns; ++c) {
-      const std::size_t i = at(grid.index(r, c));
-      const auto u = static_cast<float>(c * kCell - 0.5 * grid.width) + half;
-      const float least = std::max(kRounding, half_step * grid.q[i]) * grid.q[i];
-      const float across = 0.5F * Grid::kHalfCell;  // a quarter of a cell, on which half a step is two of them over the cell
-      const bool flat = across * across * (grid.du[i] * grid.du[i] + grid.dv[i] * grid.dv[i]) <= least * least;
-      buffers.telling[i] = !flat || grid.residual[i] > least * least ? grid.n[i] : 0.0F;
-      buffers.centred[i] = grid.q[i] - grid.du[i] * (grid.u[i] - u) - grid.dv[i] * (grid.v[i] - v);
-    }
+  constexpr float kHalf = 0.5F * (kCell - 1);
+  const std::size_t first = at(grid.index(row, 0));
+  const auto v = static_cast<float>(row * kCell - 0.5 * grid.height) + kHalf;
+  const auto left = static_cast<float>(-0.5 * grid.width) + kHalf;
+  const auto from = [&](const AlignedVector<float>& values) { return values.data() + first; };
+  const float* const __restrict n = from(grid.n);
+  const float* const __restrict u = from(grid.u);
+  const float* const __restrict means_v = from(grid.v);
+  const float* const __restrict q = from(grid.q);
+  const float* const __restrict du = from(grid.du);
+  const float* const __restrict dv = from(grid.dv);
+  const float* const __restrict residual = from(grid.residual);
+  float* const __restrict telling = buffers.telling.data() + first;
+  float* const __restrict centred = buffers.centred.data() + first;
+  for (int c = 0; c < grid.columns; ++c) {
+    const float a = kRounding * q[c];
+    const float b = half_step * q[c] * q[c];
+    const float least = a > b ? a : b;
+    constexpr float kAcross = 0.5F * Grid::kHalfCell;  // a quarter of a cell, on which half a step is two of them over the cell
+    const float sloping = kAcross * kAcross * (du[c] * du[c] + dv[c] * dv[c]);
+    const float most = sloping > residual[c] ? sloping : residual[c];
+    telling[c] = most > least * least ? n[c] : 0.0F;
+    centred[c] = q[c] - du[c] * (u[c] - (left + static_cast<float>(c * kCell))) - dv[c] * (means_v[c] - v);
   }
-  for (int c = 0; c < grid.stride; ++c) buffers.telling[at(c)] = buffers.telling[grid.size() - 1 - at(c)] = 0.0F;
-  for (int r = 0; r <= grid.rows + 1; ++r) {
-    buffers.telling[at(r * grid.stride)] = buffers.telling[at((r + 1) * grid.stride - 1)] = 0.0F;
-  }
+}
+
+void clear_border(const Grid& grid, AlignedVector<float>& values) {
+  const std::size_t size = grid.size();
+  for (int c = 0; c < grid.stride; ++c) values[at(c)] = values[size - 1 - at(c)] = 0.0F;
+  for (int r = 0; r <= grid.rows + 1; ++r) values[at(r * grid.stride)] = values[at((r + 1) * grid.stride - 1)] = 0.0F;
 }
 
 /// Whether all are multiples of a number that is not 0. Written so that compilers make vector code of it.
@@ -296,7 +291,7 @@ double raw_step(const ImageRows<Raw>& image, const DepthView& view, const Grid& 
     return 0.0;
   } else {
     unsigned common = 0;
-    const std::size_t width = at(view.width()) * at(grid.sampling.copies);
+    const std::size_t width = at(view.width());
     for (int r = 0; r < grid.rows * grid.sampling.merged && common != 1; ++r) {
       const Raw* const row = image.cells(r).rows[0];
       if (are_multiples(row, width, common)) continue;
@@ -345,7 +340,7 @@ bool drop_filled(double step_m, const DepthNoise& shown, GridBuffers& buffers, G
 /// lies lower: the 30 % quantiles of chi squared with 61, 13 and 1 of them are 54.7, 9.93 and 0.148.
 double gain_of_cells(const Grid& grid) {
   const double of_64 = std::sqrt(54.7 / 64.0);
-  switch (grid.sampling.copies) {
+  switch (grid.sampling.parts) {
     case 1: return kC.noise_gain;
     case 2: return kC.noise_gain * of_64 / std::sqrt(9.93 / 16.0);
     default: return kC.noise_gain * of_64 / std::sqrt(0.148 / 4.0);
@@ -421,15 +416,16 @@ DepthNoise measure_pixel_noise(const GridBuffers& buffers, const Grid& grid) {
 /// noise, from the 30 % quantile; a plane has none.
 double second_difference(const Grid& grid, const AlignedVector<float>& values, GridBuffers& buffers) {
   AlignedVector<float>& sample = buffers.sample;
-  sample.clear();
+  sample.resize(2 * grid.size());
+  std::size_t size = 0;
   for_each_sampled_row(grid, [&](int first) {
     for (const int step : {1, grid.stride}) {
-      const std::size_t size = sample.size();
-      sample.resize(size + at(grid.columns));
       kernels::measure_differences(&buffers.telling[at(first)], &values[at(first)], &grid.sigma[at(first)], at(grid.columns),
                                    step, static_cast<float>(kC.least_measured), &sample[size]);
+      size += at(grid.columns);
     }
   });
+  sample.resize(size);
   // |x| of a normal x with sigma 1 is below 0.3853 in 30 % of all cases; the difference of three values has variance 1.5.
   constexpr double kToSigma = 1.0 / (0.3853 * 1.2247);
   return kToSigma * quantile(sample, kC.noise_quantile);
@@ -454,7 +450,8 @@ DepthNoise times(const DepthNoise& noise, double factor) {
 
 /// Every cell's own noise: that of the flattest cell nearby, no less than the frame's law says within its bounds, and no more
 /// than `local_noise` times that, or what a named sensor may have, or of others a Kinect.
-void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& shown, GridBuffers& buffers, Grid& grid) {
+void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& shown, int threads, GridBuffers& buffers,
+                Grid& grid) {
   const bool known = sensor.kind != SensorKind::automatic;
   AlignedVector<float>& least_residual = buffers.least_residual;
   least_residual.resize(grid.size());
@@ -464,9 +461,12 @@ void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& show
   const std::size_t size = grid.size();
   const float* const __restrict residual = grid.residual.data();
   float* const __restrict least = least_residual.data();
-  for (std::size_t i = stride; i < size - stride; ++i) {
-    least[i] = lesser(lesser(residual[i - stride], residual[i]), residual[i + stride]);
-  }
+  for_each_row(threads, grid, [&](int row) {
+    const std::size_t first = at(grid.index(row, -1));
+    for (std::size_t i = first; i < first + stride; ++i) {
+      least[i] = lesser(lesser(residual[i - stride], residual[i]), residual[i + stride]);
+    }
+  });
   std::fill_n(least_residual.begin(), stride, 0.0F);
   std::fill_n(least_residual.end() - static_cast<std::ptrdiff_t>(stride), stride, 0.0F);
   const double rms_to_sigma = gain_of_cells(grid);
@@ -483,14 +483,19 @@ void set_sigmas(const SensorModel& sensor, double step_m, const DepthNoise& show
   constexpr auto kLeast = static_cast<float>(kLeastSigma * kLeastSigma);
   const float* const __restrict q = grid.q.data();
   float* const __restrict sigma = grid.sigma.data();
+  const auto set = [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      const float near = gain * lesser(lesser(least[i - 1], least[i]), least[i + 1]);
+      const float low = greater(kLeast, lowest.at(q[i]));
+      const float usual = greater(low, lesser(frame.at(q[i]), highest.at(q[i])));
+      const float most = lesser(greater(doubled * usual, local.at(q[i])), greater(usual, highest.at(q[i])));
+      sigma[i] = std::sqrt(greater(usual, lesser(near, most)));
+    }
+  };
   sigma[0] = sigma[size - 1] = std::sqrt(kLeast);
-  for (std::size_t i = 1; i < size - 1; ++i) {
-    const float near = gain * lesser(lesser(least[i - 1], least[i]), least[i + 1]);
-    const float low = greater(kLeast, lowest.at(q[i]));
-    const float usual = greater(low, lesser(frame.at(q[i]), highest.at(q[i])));
-    const float most = lesser(greater(doubled * usual, local.at(q[i])), greater(usual, highest.at(q[i])));
-    sigma[i] = std::sqrt(greater(usual, lesser(near, most)));
-  }
+  set(1, stride);
+  set(size - stride, size - 1);
+  for_each_row(threads, grid, [&](int row) { set(at(grid.index(row, -1)), at(grid.index(row, grid.columns)) + 1); });
 }
 
 /// The law of the pixel noise as cells have it: what the frame shows within its bounds, or the sensor's at the frame's scale.
@@ -560,7 +565,7 @@ Noise estimate_noise(const SensorModel& sensor, const SensorOptions& given, doub
   return noise;
 }
 
-void find_usable(Grid& grid) {
+void find_usable(int threads, Grid& grid) {
   const auto square = [](double x) { return static_cast<float>(x * x); };
   const float usable_noise = square(kC.sigmas);
   const float usable_length = square(grid.noise.near_m) + square(kC.flat_m / 3.0);
@@ -574,17 +579,22 @@ void find_usable(Grid& grid) {
   float* const __restrict slack = grid.slack.data();
   std::uint8_t* const __restrict usable = grid.usable.data();
   std::uint8_t* const __restrict measured = grid.measured.data();
-  const std::size_t size = grid.size();
-  for (std::size_t i = 0; i < size; ++i) {
-    const float variance = sigma[i] * sigma[i];
-    const float squared_q = q[i] * q[i];
-    const float fourth = squared_q * squared_q;
-    slack[i] = grow_noise * variance + grow_length * fourth;
-    const bool flat = residual[i] <= usable_noise * variance + usable_length * fourth;
-    const bool near = sigma[i] <= most * squared_q;
-    measured[i] = static_cast<std::uint8_t>(n[i] > 0.0F);
-    usable[i] = static_cast<std::uint8_t>(static_cast<int>(n[i] > 0.0F) & static_cast<int>(flat) & static_cast<int>(near));
-  }
+  const auto find = [&](int row) {
+    const std::size_t first = at(grid.index(row, -1));
+    for (std::size_t i = first; i < first + at(grid.stride); ++i) {
+      const float variance = sigma[i] * sigma[i];
+      const float squared_q = q[i] * q[i];
+      const float fourth = squared_q * squared_q;
+      slack[i] = grow_noise * variance + grow_length * fourth;
+      const bool flat = residual[i] <= usable_noise * variance + usable_length * fourth;
+      const bool near = sigma[i] <= most * squared_q;
+      measured[i] = static_cast<std::uint8_t>(n[i] > 0.0F);
+      usable[i] = static_cast<std::uint8_t>(static_cast<int>(n[i] > 0.0F) & static_cast<int>(flat) & static_cast<int>(near));
+    }
+  };
+  find(-1);
+  find(grid.rows);
+  for_each_row(threads, grid, find);
 }
 
 /// A row's bytes, 0 or 1, as a set.
@@ -595,14 +605,16 @@ void pack(const std::uint8_t* bytes, std::size_t cells, std::uint64_t* set) {
   }
 }
 
-/// Which neighbouring usable cells lie on one surface.
-void find_links(const Grid& grid, const kernels::CellLinkLimits& limits, Grid::Links& links) {
-  for (int r = 0; r < grid.rows; ++r) {
-    const int i = grid.index(r, 0);
-    const float* const sigma = &grid.sigma[at(i)];
-    kernels::find_links(grid.arrays(i), sigma, at(grid.columns), 1, limits, &links.right[at(r) * grid.words]);
-    kernels::find_links(grid.arrays(i), sigma, at(grid.columns), grid.stride, limits, &links.down[at(r) * grid.words]);
-  }
+/// Which neighbouring cells of a row, and of it and the next, lie on one surface.
+void find_links(const Grid& grid, int row, const kernels::CellLinkLimits& limits, Grid::Links& links) {
+  const int i = grid.index(row, 0);
+  const float* const sigma = &grid.sigma[at(i)];
+  kernels::find_links(grid.arrays(i), sigma, at(grid.columns), 1, limits, &links.right[at(row) * grid.words]);
+  kernels::find_links(grid.arrays(i), sigma, at(grid.columns), grid.stride, limits, &links.down[at(row) * grid.words]);
+}
+
+/// Leaves links between usable cells only.
+void keep_usable(const Grid& grid, Grid::Links& links) {
   const std::vector<std::uint64_t>& usable = grid.usable_set;
   for (std::size_t i = 0; i < usable.size(); ++i) {
     const bool ends = (i + 1) % grid.words == 0;
@@ -613,32 +625,33 @@ void find_links(const Grid& grid, const kernels::CellLinkLimits& limits, Grid::L
   }
 }
 
-void find_links_of_frame(Grid& grid) {
+void find_links_of_frame(int threads, Grid& grid) {
   const auto square = [](double x) { return static_cast<float>(x * x); };
-  for (int r = 0; r < grid.rows; ++r) {
+  const float jump_noise = square(kC.sigmas * grid.noise.cell);
+  const kernels::CellLinkLimits one_plane = {.jump_noise = jump_noise,
+                                             .jump_m = square(grid.noise.near_m),
+                                             .slope_u = Grid::kHalfCell,
+                                             .slope_v = Grid::kHalfCell,
+                                             .bend_noise = square(kC.sigmas * grid.noise.cell),
+                                             .bend_m = square(grid.noise.near_m),
+                                             .bend_rad = 0.0F};
+  // A plane's slope in depth over the image plane at z = 1 is its slope in q over q.
+  const kernels::CellLinkLimits one_surface = {
+      .jump_noise = jump_noise,
+      .jump_m = square(kC.bias_near * kC.bias_m),  // a rendered surface is as smooth as a measured one
+      .slope_u = static_cast<float>(grid.camera.fx),
+      .slope_v = static_cast<float>(grid.camera.fy),
+      .bend_noise = square(kC.sigmas * grid.noise.cell * grid.camera.fx / static_cast<double>(Grid::kHalfCell)),
+      .bend_m = 0.0F,
+      .bend_rad = square(0.5 * kC.most_turn)};
+  for_each_row(threads, grid, [&](int r) {
     pack(&grid.usable[at(grid.index(r, 0))], at(grid.columns), &grid.usable_set[at(r) * grid.words]);
     pack(&grid.measured[at(grid.index(r, 0))], at(grid.columns), &grid.measured_set[at(r) * grid.words]);
-  }
-  const float jump_noise = square(kC.sigmas * grid.noise.cell);
-  find_links(grid,
-             {.jump_noise = jump_noise,
-              .jump_m = square(grid.noise.near_m),
-              .slope_u = Grid::kHalfCell,
-              .slope_v = Grid::kHalfCell,
-              .bend_noise = square(kC.sigmas * grid.noise.cell),
-              .bend_m = square(grid.noise.near_m),
-              .bend_rad = 0.0F},
-             grid.links);
-  // A plane's slope in depth over the image plane at z = 1 is its slope in q over q.
-  find_links(grid,
-             {.jump_noise = jump_noise,
-              .jump_m = square(kC.bias_near * kC.bias_m),  // a rendered surface is as smooth as a measured one
-              .slope_u = static_cast<float>(grid.camera.fx),
-              .slope_v = static_cast<float>(grid.camera.fy),
-              .bend_noise = square(kC.sigmas * grid.noise.cell * grid.camera.fx / static_cast<double>(Grid::kHalfCell)),
-              .bend_m = 0.0F,
-              .bend_rad = square(0.5 * kC.most_turn)},
-             grid.smooth);
+    find_links(grid, r, one_plane, grid.links);
+    find_links(grid, r, one_surface, grid.smooth);
+  });
+  keep_usable(grid, grid.links);
+  keep_usable(grid, grid.smooth);
 }
 
 }  // namespace
@@ -672,14 +685,14 @@ Sampling sampling_of(const Camera& camera) {
   const double ratio = std::min(std::sqrt(camera.fx * camera.fy) / kFocalLength_px, pixels);
   const double half = std::sqrt(2.0);
   while (sampling.merged < kMostMerged && ratio / sampling.merged > half) sampling.merged *= 2;
-  while (sampling.copies < kMostCopies && ratio * sampling.copies * 1.6 < 1.0) sampling.copies *= 2;
+  while (sampling.parts < kMostParts && ratio * sampling.parts * 1.6 < 1.0) sampling.parts *= 2;
   return sampling;
 }
 
 std::optional<Sampling> finer_sampling(const Noise& noise, const Sampling& sampling) {
   const bool precise = noise.slope_rad * noise.shown < kC.fine_slope;
-  if (sampling.merged > 1 || sampling.copies > kMostCopies || !precise) return std::nullopt;
-  return Sampling{.copies = 2 * sampling.copies};
+  if (sampling.merged > 1 || sampling.parts > kMostParts || !precise) return std::nullopt;
+  return Sampling{.parts = 2 * sampling.parts};
 }
 
 template <class Raw>
@@ -688,19 +701,20 @@ std::size_t measure_cells(const ImageRows<Raw>& image, const DepthView& view, co
   resize(view, camera, grid);
   clear_border(grid);
   buffers.tasks.resize(std::max(buffers.tasks.size(), at(grid.rows)));
-  parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) {
-    for_each_cell_row(task, grid.rows,
-                      [&](int row) { measure_row(image, row, view.metres_per_unit(), buffers.tasks[at(row)], grid); });
-  });
+  for (auto* values : {&buffers.telling, &buffers.centred}) values->resize(grid.size() + Grid::kPadding);
+  clear_border(grid, buffers.telling);
   const double step = raw_step(image, view, grid);
-  find_telling(step, buffers, grid);
+  for_each_row(threads, grid, [&](int row) {
+    measure_row(image, row, view.metres_per_unit(), buffers.tasks[at(row)], grid);
+    find_telling(row, step, buffers, grid);
+  });
   const DepthNoise shown = measure_pixel_noise(buffers, grid);
-  set_sigmas(sensor, step, shown, buffers, grid);
-  if (drop_filled(step, shown, buffers, grid)) set_sigmas(sensor, step, shown, buffers, grid);
+  set_sigmas(sensor, step, shown, threads, buffers, grid);
+  if (drop_filled(step, shown, buffers, grid)) set_sigmas(sensor, step, shown, threads, buffers, grid);
   grid.noise = estimate_noise(sensor, given, step, buffers, grid);
   grid.noise.pixel = believed(sensor, step, shown, grid);
-  find_usable(grid);
-  find_links_of_frame(grid);
+  find_usable(threads, grid);
+  find_links_of_frame(threads, grid);
   std::size_t measured = 0;
   for (int row = 0; row < grid.rows; ++row) measured += buffers.tasks[at(row)].measured;
   return measured;

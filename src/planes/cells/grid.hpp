@@ -94,13 +94,15 @@ struct Noise {
 };
 
 /// Cells are 8 x 8 samples and see about the same angle whatever the image's size: a sample is a pixel of a Kinect's image, one
-/// of `copies` x `copies` equal parts of a larger pixel, or `merged` x `merged` smaller ones. One of the two is 1.
+/// of `parts` x `parts` equal parts of a larger pixel, or `merged` x `merged` smaller ones. One of the two is 1.
 struct Sampling {
-  int copies = 1;
+  int parts = 1;  ///< 1, 2 or 4.
   int merged = 1;
 
   /// Samples in the length of a pixel.
-  [[nodiscard]] double per_pixel() const { return static_cast<double>(copies) / merged; }
+  [[nodiscard]] double per_pixel() const { return static_cast<double>(parts) / merged; }
+  /// Pixels in the length of what kernels take for a cell: of merged ones, a part of it.
+  [[nodiscard]] int side() const { return kernels::kCell / parts; }
   bool operator==(const Sampling&) const = default;
 };
 Sampling sampling_of(const Camera& camera);
@@ -188,6 +190,12 @@ class Grid {
   }
   static constexpr float kHalfCell = 0.5F * kernels::kCell;
 };
+
+/// Calls visit(row) for every row of cells, several at once.
+template <class Visitor>
+void for_each_row(int threads, const Grid& grid, const Visitor& visit) {
+  parallel_for(threads, cell_row_tasks(grid.rows), [&](std::size_t task) { for_each_cell_row(task, grid.rows, visit); });
+}
 
 /// Memory of measure_cells.
 struct GridBuffers {

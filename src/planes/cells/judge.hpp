@@ -2,6 +2,7 @@
 /// Whether a region of cells is a plane of the scene: how its surface turns, how it ends, how improbable it is by chance.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -15,6 +16,9 @@ namespace fransac::cells {
 struct JudgeBuffers {
   std::vector<std::uint64_t> eroded;
 };
+
+/// Regions are judged several at once, every eighth by one task.
+using JudgeBuffersOfTasks = std::array<JudgeBuffers, 8>;
 
 class Judge {
  public:

@@ -14,16 +14,19 @@ namespace fransac::cells {
 namespace {
 
 constexpr const Constants& kC = kConstants;
-using kernels::kCell;
 
-/// A plane as a row of cells of 8 x 8 pixels sees it. Copies of a pixel are asked about its centre, from their first.
-kernels::CellPlane cell_plane(const InversePlane& plane, const Grid& grid, int row, std::uint8_t label) {
-  const auto [copies, merged] = grid.sampling;
-  const double step = 1.0 / merged;
-  const double first = 0.5 * step - 0.5 + 0.5 * (copies - 1);
-  const double u = first - 0.5 * grid.width;
-  const double v = first + row * kCell * step - 0.5 * grid.height;
-  return {static_cast<float>(plane.at(u, v)), static_cast<float>(plane.du * step), static_cast<float>(plane.dv * step), label};
+/// Where a place in pixels is in samples from the image's centre.
+Eigen::Vector2d in_samples(double u, double v, const Grid& grid) {
+  const double step = grid.sampling.per_pixel();
+  return {(u + 0.5) * step - 0.5 - 0.5 * grid.width, (v + 0.5) * step - 0.5 - 0.5 * grid.height};
+}
+
+/// A plane as a row of cells sees it that starts with row v of pixels.
+kernels::CellPlane cell_plane(const InversePlane& plane, const Grid& grid, int v, std::uint8_t label) {
+  const double step = grid.sampling.per_pixel();
+  const Eigen::Vector2d first = in_samples(0.0, v, grid);
+  return {static_cast<float>(plane.at(first.x(), first.y())), static_cast<float>(plane.du * step),
+          static_cast<float>(plane.dv * step), label};
 }
 
 /// What pixels may be off: their noise and slow errors, what the sensor bends, and how flat a plane has to be.
@@ -35,6 +38,7 @@ void make_cells(const Grid& grid, const Regions& regions, PixelCells& cells) {
   cells.columns = grid.columns * merged;
   cells.rows = grid.rows * merged;
   cells.stride = cells.columns + 2;
+  cells.side = grid.sampling.side();
   cells.floor_m = floor_m(grid.noise);
   cells.owner.assign(cells.size(), kNobody);
   cells.tolerance.assign(cells.size() + Grid::kPadding, 0.0F);
@@ -124,11 +128,12 @@ class Flood {
       const int whole = grid_.index(row / grid_.sampling.merged, column / grid_.sampling.merged);
       if (grid_.usable[at(whole)] != 0 && !grid_.distance(whole, FloatPlane(plane)).within(kWide * grid_.slack[at(whole)]))
         continue;
-      const auto fits =
-          kernels::cell_kernels<Raw>().fits(image_.cells(row), at(column), metres_per_unit_, cell_plane(plane, grid_, row, 0),
-                                            {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m});
-      constexpr std::uint32_t kLeast = 5;
-      if (fits.fitting < kLeast || fits.fitting < 0.5 * fits.measured) continue;
+      const auto fits = kernels::cell_kernels<Raw>(cells_.side)
+                            .fits(image_.cells(row), at(column), metres_per_unit_, cell_plane(plane, grid_, row * cells_.side, 0),
+                                  {cells_.tolerance.data() + cells_.index(row, 0), cells_.floor_m});
+      constexpr double kLeast = 5.0;  // samples
+      const double samples = std::pow(kernels::kCell / cells_.side, 2) * fits.fitting;
+      if (samples < kLeast || fits.fitting < 0.5 * fits.measured) continue;
       cells_.owner[at(j)] = owner;
       b_.queue.push_back(j);
     }
@@ -201,25 +206,19 @@ class RowLabeller {
 
   void run(int row, LabelPixelBuffers::Task& task, std::uint8_t* labels) const {
     const auto width = at(view_.width());
-    const std::size_t room = at(cells_.columns) * kCell;
-    const auto copies = at(grid_.sampling.copies);
+    const auto side = at(cells_.side);
+    const std::size_t room = at(cells_.columns) * side;
     const bool whole = room == width;
-    task.rows.resize(room * kCell);
-    std::array<std::uint8_t*, kCell> out{};
-    for (int k = 0; k < kCell; ++k) {
-      const auto v = at(row * kCell + k);
-      out[at(k)] = whole && v < at(view_.height()) ? labels + v * width : task.rows.data() + at(k) * room;
+    task.rows.resize(room * side);
+    std::array<std::uint8_t*, kernels::kCell> out{};
+    for (std::size_t k = 0; k < side; ++k) {
+      const std::size_t v = at(row) * side + k;
+      out[k] = whole && v < at(view_.height()) ? labels + v * width : task.rows.data() + k * room;
     }
     label_cells(row, task, out.data());
     if (whole) return;
-    for (std::size_t k = 0; k < kCell; k += copies) {
-      const std::size_t v = (at(row) * kCell + k) / copies;
-      if (v >= at(view_.height())) return;
-      if (copies == 1) {
-        std::memcpy(labels + v * width, out[k], width);
-        continue;
-      }
-      for (std::size_t u = 0; u < width; ++u) labels[v * width + u] = out[k][u * copies];
+    for (std::size_t k = 0; k < side && at(row) * side + k < at(view_.height()); ++k) {
+      std::memcpy(labels + (at(row) * side + k) * width, out[k], width);
     }
   }
 
@@ -243,7 +242,7 @@ class RowLabeller {
 
   void label(const kernels::CellRows<Raw>& pixels, int row, int first, int end, const Candidates& candidates,
              LabelPixelBuffers::Task& task, std::uint8_t* const* out) const {
-    const auto& kernel = kernels::cell_kernels<Raw>();
+    const auto& kernel = kernels::cell_kernels<Raw>(cells_.side);
     const std::size_t cells = at(end - first);
     if (candidates.count == 0) return kernel.label_none(pixels, at(first), cells, out);
     std::array<kernels::CellPlane, kernels::kMostCandidates> planes;          // NOLINT(*-member-init): the first `count` are set
@@ -251,7 +250,7 @@ class RowLabeller {
     task.counts.resize(kernels::kMostCandidates * at(cells_.columns) + Grid::kPadding);
     for (int k = 0; k < candidates.count; ++k) {
       const std::int16_t region = candidates.regions[at(k)];
-      planes[at(k)] = cell_plane(regions_.list[at(region)].fit.plane, grid_, row, label_of_region_[at(region)]);
+      planes[at(k)] = cell_plane(regions_.list[at(region)].fit.plane, grid_, row * cells_.side, label_of_region_[at(region)]);
       evidence[at(k)].count = task.counts.data() + at(k) * cells;
     }
     kernel.label(pixels, at(first), cells, view_.metres_per_unit(), planes.data(), at(candidates.count),
@@ -267,18 +266,19 @@ class RowLabeller {
   void add(const InversePlane& plane, int row, std::size_t first, const kernels::CellRunEvidence& evidence, std::size_t cells,
            PixelEvidence& sum) const {
     sum.squared_residual += static_cast<double>(evidence.squared_residual);
-    const double u = static_cast<double>(first) * kCell + 0.5 * (kCell - 1);
-    const double v = row * kCell + 0.5 * (kCell - 1);
-    const double step = 1.0 / grid_.sampling.merged;
-    const double sample_u = (u + 0.5) * step - 0.5 - 0.5 * grid_.width;
-    const double sample_v = (v + 0.5) * step - 0.5 - 0.5 * grid_.height;
-    const kernels::PixelSums pixels = kernels::sum_pixels(
-        evidence.count, &cells_.q[at(cells_.index(row, static_cast<int>(first)))], cells,
-        static_cast<float>(plane.at(sample_u, sample_v)), static_cast<float>(plane.du * step), 1.0F / kMaxDepth_m);
+    const double side = cells_.side;
+    const double u = static_cast<double>(first) * side + 0.5 * (side - 1.0);
+    const double v = row * side + 0.5 * (side - 1.0);
+    const Eigen::Vector2d sample = in_samples(u, v, grid_);
+    const double per_column = side / kernels::kCell;  // the kernel's cells are kCell columns
+    const kernels::PixelSums pixels =
+        kernels::sum_pixels(evidence.count, &cells_.q[at(cells_.index(row, static_cast<int>(first)))], cells,
+                            static_cast<float>(plane.at(sample.x(), sample.y())),
+                            static_cast<float>(plane.du * grid_.sampling.per_pixel() * per_column), 1.0F / kMaxDepth_m);
     sum.count += static_cast<std::uint64_t>(pixels.n);
     const auto z = static_cast<double>(pixels.z);
     sum.area_m2 += static_cast<double>(pixels.zzz);
-    sum.sum += Eigen::Vector3d(static_cast<double>(pixels.zu) + z * u, z * v, z);
+    sum.sum += Eigen::Vector3d(static_cast<double>(pixels.zu) * per_column + z * u, z * v, z);
   }
 
   const ImageRows<Raw>& image_;
@@ -296,50 +296,6 @@ void in_metres(const InversePlane& plane, const Grid& grid, const Camera& camera
   sum.area_m2 *= std::sqrt(n.x() * n.x() + n.y() * n.y() + n.z() * n.z()) / (camera.fx * camera.fy);
   sum.sum[0] = (sum.sum[0] - camera.cx * sum.sum[2]) / camera.fx;
   sum.sum[1] = (sum.sum[1] - camera.cy * sum.sum[2]) / camera.fy;
-}
-
-/// Sums over the pixels themselves, where the kernels have seen copies of them.
-template <class Raw>
-void sum_pixels(const ImageRows<Raw>& image, const DepthView& view, const Grid& grid, const Regions& regions,
-                const std::vector<std::uint8_t>& label_of_region, const std::uint8_t* labels,
-                std::vector<PixelEvidence>& evidence) {
-  std::array<const InversePlane*, 256> plane_of{};
-  std::array<PixelEvidence, 256> of_label{};
-  for (std::size_t g = 0; g < evidence.size(); ++g) plane_of[label_of_region[g]] = &regions.list[g].fit.plane;
-  const auto copies = at(grid.sampling.copies);
-  const double first = 0.5 * static_cast<double>(copies - 1);
-  const std::size_t width = at(view.width());
-  const auto metres_per_unit = static_cast<double>(view.metres_per_unit());
-  for (std::size_t v = 0; v < at(view.height()); ++v) {
-    const std::size_t row = v * copies;
-    const Raw* const raw = image.cells(static_cast<int>(row / kCell)).rows[row % kCell];
-    const std::uint8_t* const of_row = labels + v * width;
-    for (std::size_t begin = 0, end = 0; begin < width; begin = end) {
-      while (end < width && of_row[end] == of_row[begin]) ++end;
-      const std::uint8_t label = of_row[begin];
-      if (label == kLabelNoDepth || label == kLabelNoPlane) continue;
-      const InversePlane& plane = *plane_of[label];
-      const double q0 = plane.at(first - 0.5 * grid.width, static_cast<double>(row) + first - 0.5 * grid.height);
-      const double step = plane.du * static_cast<double>(copies);
-      double squares = 0.0, sum_z = 0.0, sum_uz = 0.0, cubes = 0.0;
-      for (std::size_t u = begin; u < end; ++u) {
-        const double q = q0 + step * static_cast<double>(u);
-        const double measured = static_cast<double>(raw[u * copies]) * metres_per_unit;
-        const double z = q * measured > static_cast<double>(kernels::kHorizon) ? 1.0 / q : measured;
-        const double off = measured * q - 1.0;
-        squares += off * off;
-        sum_z += z;
-        sum_uz += z * static_cast<double>(u);
-        cubes += z * z * z;
-      }
-      PixelEvidence& sum = of_label[label];
-      sum.count += end - begin;
-      sum.squared_residual += squares;
-      sum.area_m2 += cubes;
-      sum.sum += Eigen::Vector3d(sum_uz, static_cast<double>(v) * sum_z, sum_z);
-    }
-  }
-  for (std::size_t g = 0; g < evidence.size(); ++g) evidence[g] = of_label[label_of_region[g]];
 }
 
 }  // namespace
@@ -373,7 +329,6 @@ void label_pixels(const ImageRows<Raw>& image, const DepthView& view, const Came
   for (std::size_t i = 0; i < tasks; ++i) {
     for (std::size_t g = 0; g < regions.list.size(); ++g) buffers.evidence[g] += buffers.tasks[i].planes[g];
   }
-  if (grid.sampling.copies > 1) sum_pixels(image, view, grid, regions, label_of_region, labels, buffers.evidence);
   for (std::size_t g = 0; g < regions.list.size(); ++g) {
     in_metres(regions.list[g].fit.plane, grid, camera, buffers.evidence[g]);
   }

@@ -31,11 +31,12 @@ struct OwnerRange {
   AlignedVector<std::int16_t> greatest;  ///< kNobody where there are none.
 };
 
-/// Cells of 8 x 8 pixels (or copies of pixels), whatever the grid's are, with a border of nobody's.
+/// What kernels take for cells, Sampling::side() pixels long, with a border of nobody's.
 struct PixelCells {
   int columns = 0;
   int rows = 0;
   int stride = 0;
+  int side = 0;  ///< Pixels.
   float floor_m = 0.0F;
   AlignedVector<std::int16_t> owner;  ///< After flooding; kNobody.
   AlignedVector<float> tolerance;     ///< Of inverse depth, per metre.

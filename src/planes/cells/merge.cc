@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <optional>
 
+#include "fransac/core/parallel.hpp"
 #include "planes/cells/constants.hpp"
 #include "planes/cells/judge.hpp"
 #include "planes/cells/spread.hpp"
@@ -18,6 +20,10 @@ namespace {
 
 constexpr const Constants& kC = kConstants;
 constexpr float kApart = std::numeric_limits<float>::infinity();
+
+/// Whether the owners of some cells, kOwnersAtOnce from each place on, are the same.
+constexpr int kOwnersAtOnce = sizeof(std::uint64_t) / sizeof(std::int16_t);
+bool are_same(const std::int16_t* a, const std::int16_t* b) { return std::memcmp(a, b, sizeof(std::uint64_t)) == 0; }
 
 class Merger {
  public:
@@ -72,6 +78,11 @@ class Merger {
     for (int r = 0; r < grid_.rows; ++r) {
       for (int c = 0; c < grid_.columns; ++c) {
         const int i = grid_.index(r, c);
+        if (c + kOwnersAtOnce <= grid_.columns && are_same(owner + i, owner + i + 1) &&
+            are_same(owner + i, owner + i + grid_.stride)) {
+          c += kOwnersAtOnce - 1;
+          continue;
+        }
         if (owner[i] == kNobody) continue;
         if (owner[i + 1] != owner[i]) look_across(i, grid_.columns - 1 - c, 0, r, c);
         if (owner[i + grid_.stride] != owner[i]) look_across(i, grid_.rows - 1 - r, 1, r, c);
@@ -295,48 +306,56 @@ class Merger {
 /// Gives cells to the regions they fit best.
 class Reassigner {
  public:
-  Reassigner(const Grid& grid, ReassignBuffers& buffers, Regions& regions)
-      : grid_(grid), b_(buffers), regions_(regions), words_(grid.words), size_(at(grid.rows) * words_) {
+  Reassigner(const Grid& grid, int threads, ReassignBuffers& buffers, Regions& regions)
+      : grid_(grid), threads_(threads), b_(buffers), regions_(regions), words_(grid.words) {
+    b_.tasks.resize(std::max(b_.tasks.size(), at(grid.rows)));
+    clear_sets();
+    b_.words_of_row = words_;
+    b_.words_of_set = at(grid.rows) * words_;
+    b_.sets.resize(std::max(b_.sets.size(), regions.list.size() * b_.words_of_set));
     make_sets();
   }
 
   void run() {
-    b_.least.assign(grid_.size() + Grid::kPadding, kApart);
-    b_.nearest.assign(grid_.size() + Grid::kPadding, kNobody);
-    for (std::size_t g = 0; g < regions_.list.size(); ++g) {
-      if (regions_.list[g].alive) offer_cells(g);
-    }
-    for (int r = 0; r < grid_.rows; ++r) {
-      for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
-        regions_.owner[at(i)] = static_cast<std::int16_t>(b_.nearest[at(i)]);
-      }
-    }
+    for_each_row(threads_, grid_, [&](int row) { give_cells(row); });
+    clear_sets();
     make_sets();
-    for (std::size_t g = 0; g < regions_.list.size(); ++g) {
+    for_each_region([&](std::size_t g) {
       if (regions_.list[g].alive) fit_again(g);
-    }
+    });
   }
 
   /// The regions' sums that are not moments.
   void sum_again() {
-    for (Region& region : regions_.list) region.variance = region.q4 = 0.0;
-    for (int r = 0; r < grid_.rows; ++r) {
-      for (int i = grid_.index(r, 0); i < grid_.index(r, grid_.columns); ++i) {
-        const std::int16_t owner = regions_.owner[at(i)];
-        if (owner != kNobody) regions_.list[at(owner)].add(grid_, i);
-      }
-    }
+    for_each_region([&](std::size_t g) {
+      const auto [top, bottom] = b_.rows[g];
+      if (top <= bottom) regions_.list[g].sum_errors(grid_, {set(g) + at(top) * words_, top, bottom});
+    });
   }
 
  private:
-  [[nodiscard]] std::uint64_t* set(std::size_t region) { return &b_.sets[region * size_]; }
+  [[nodiscard]] std::uint64_t* set(std::size_t region) { return &b_.sets[region * b_.words_of_set]; }
+
+  template <class Visitor>
+  void for_each_region(const Visitor& visit) {
+    parallel_for(threads_, regions_.list.size(), visit);
+  }
+
+  /// As they were made last, maybe for another image.
+  void clear_sets() {
+    for (std::size_t g = 0; g < b_.rows.size(); ++g) {
+      const auto [top, bottom] = b_.rows[g];
+      if (top <= bottom) std::fill_n(set(g) + at(top) * b_.words_of_row, at(bottom - top + 1) * b_.words_of_row, 0);
+    }
+    b_.rows.clear();
+  }
 
   void make_sets() {
-    b_.sets.assign(regions_.list.size() * size_, 0);
     b_.rows.assign(regions_.list.size(), {grid_.rows, -1});
     for (int r = 0; r < grid_.rows; ++r) {
       const std::int16_t* const owner = &regions_.owner[at(grid_.index(r, 0))];
       for (int first = 0, end = 0; first < grid_.columns; first = end) {
+        while (end + kOwnersAtOnce < grid_.columns && are_same(owner + end, owner + end + 1)) end += kOwnersAtOnce;
         while (end < grid_.columns && owner[end] == owner[first]) ++end;
         if (owner[first] == kNobody) continue;
         std::uint64_t* const row = set(at(owner[first])) + at(r) * words_;
@@ -350,31 +369,42 @@ class Reassigner {
     }
   }
 
-  /// To a region: the usable cells of its cells' 3 x 3.
-  void offer_cells(std::size_t region) {
-    const PlaneFit& fit = regions_.list[region].fit;
-    const kernels::CellSetPlane plane = about(fit.plane, fit.u, fit.v);
-    const auto [top, bottom] = b_.rows[region];
-    for (int r = std::max(top - 1, 0); r <= std::min(bottom + 1, grid_.rows - 1); ++r) {
-      const int i = grid_.index(r, 0);
-      kernels::find_nearest(grid_.arrays(i), &grid_.slack[at(i)], at(grid_.columns), plane, around(region, r),
-                            static_cast<std::int32_t>(region), &b_.least[at(i)], &b_.nearest[at(i)]);
+  /// To each region the usable cells of its cells' 3 x 3 in a row that fit it best.
+  void give_cells(int row) {
+    ReassignBuffers::Task& task = b_.tasks[at(row)];
+    const std::size_t columns = at(grid_.columns);
+    task.least.assign(columns + Grid::kPadding, kApart);
+    task.nearest.assign(columns + Grid::kPadding, kNobody);
+    task.around.resize(words_);
+    const int i = grid_.index(row, 0);
+    for (std::size_t g = 0; g < regions_.list.size(); ++g) {
+      const auto [top, bottom] = b_.rows[g];
+      if (row < top - 1 || row > bottom + 1 || !regions_.list[g].alive || !find_around(g, row, task.around)) continue;
+      const PlaneFit& fit = regions_.list[g].fit;
+      kernels::find_nearest(grid_.arrays(i), &grid_.slack[at(i)], columns, about(fit.plane, fit.u, fit.v), task.around.data(),
+                            static_cast<std::int32_t>(g), task.least.data(), task.nearest.data());
     }
+    std::transform(task.nearest.begin(), task.nearest.begin() + grid_.columns, regions_.owner.begin() + i,
+                   [](std::int32_t region) { return static_cast<std::int16_t>(region); });
   }
 
-  const std::uint64_t* around(std::size_t region, int row) {
-    b_.around.assign(words_, 0);
-    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, grid_.rows - 1); ++r) {
-      for (std::size_t w = 0; w < words_; ++w) b_.around[w] |= set(region)[at(r) * words_ + w];
+  /// Whether there are any.
+  bool find_around(std::size_t region, int row, std::vector<std::uint64_t>& around) {
+    const auto [top, bottom] = b_.rows[region];
+    std::fill(around.begin(), around.end(), 0);
+    for (int r = std::max(row - 1, top); r <= std::min(row + 1, bottom); ++r) {
+      for (std::size_t w = 0; w < words_; ++w) around[w] |= set(region)[at(r) * words_ + w];
     }
     std::uint64_t before = 0;
+    std::uint64_t any = 0;
     for (std::size_t w = 0; w < words_; ++w) {
-      const std::uint64_t word = b_.around[w];
-      const std::uint64_t after = w + 1 < words_ ? b_.around[w + 1] << (kernels::kWordBits - 1) : 0;
-      b_.around[w] = (word | word << 1 | word >> 1 | before | after) & grid_.usable_set[at(row) * words_ + w];
+      const std::uint64_t word = around[w];
+      const std::uint64_t after = w + 1 < words_ ? around[w + 1] << (kernels::kWordBits - 1) : 0;
+      around[w] = (word | word << 1 | word >> 1 | before | after) & grid_.usable_set[at(row) * words_ + w];
       before = word >> (kernels::kWordBits - 1);
+      any |= around[w];
     }
-    return b_.around.data();
+    return any != 0;
   }
 
   void fit_again(std::size_t g) {
@@ -395,10 +425,10 @@ class Reassigner {
   }
 
   const Grid& grid_;
+  int threads_;
   ReassignBuffers& b_;
   Regions& regions_;
   std::size_t words_;
-  std::size_t size_;
 };
 
 /// Cells of regions that are no more are nobody's.
@@ -412,26 +442,28 @@ void release_cells(Regions& regions) {
 
 void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions) { Merger(grid, buffers, regions).run(); }
 
-void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions) {
-  Reassigner reassigner(grid, buffers, regions);
+void reassign_borders(const Grid& grid, int threads, ReassignBuffers& buffers, Regions& regions) {
+  Reassigner reassigner(grid, threads, buffers, regions);
   constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses; ++pass) reassigner.run();
   reassigner.sum_again();
 }
 
-void judge_regions(const Grid& grid, double min_confidence, const ReassignBuffers& reassigned, JudgeBuffers& buffers,
-                   Regions& regions) {
-  const Judge judge(grid, buffers);
+void judge_regions(const Grid& grid, double min_confidence, int threads, const ReassignBuffers& reassigned,
+                   JudgeBuffersOfTasks& buffers, Regions& regions) {
   const double measured = std::accumulate(grid.n.begin(), grid.n.end(), 0.0);
-  for (std::size_t g = 0; g < regions.list.size(); ++g) {
-    Region& region = regions.list[g];
-    if (!region.alive) continue;
-    const auto [top, bottom] = reassigned.rows[g];
-    const std::uint64_t* const bits = &reassigned.sets[(g * at(grid.rows) + at(top)) * grid.words];
-    region.evidence = judge.look(region, {bits, top, bottom}, measured);
-    region.confidence = Judge::confidence(region.evidence);
-    region.alive = region.confidence >= min_confidence;
-  }
+  parallel_for(threads, buffers.size(), [&](std::size_t task) {
+    const Judge judge(grid, buffers[task]);
+    for (std::size_t g = task; g < regions.list.size(); g += buffers.size()) {
+      Region& region = regions.list[g];
+      if (!region.alive) continue;
+      const auto [top, bottom] = reassigned.rows[g];
+      const std::uint64_t* const bits = &reassigned.sets[g * reassigned.words_of_set + at(top) * grid.words];
+      region.evidence = judge.look(region, {bits, top, bottom}, measured);
+      region.confidence = Judge::confidence(region.evidence);
+      region.alive = region.confidence >= min_confidence;
+    }
+  });
   release_cells(regions);
 }
 

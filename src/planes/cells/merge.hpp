@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "planes/cells/grid.hpp"
+#include "planes/cells/judge.hpp"
 #include "planes/cells/regions.hpp"
 
 namespace fransac::cells {
@@ -38,23 +39,29 @@ void merge_regions(const Grid& grid, MergeBuffers& buffers, Regions& regions);
 
 /// Memory of reassign_borders.
 struct ReassignBuffers {
-  std::vector<std::uint64_t> sets;    ///< Per region rows x words: its cells.
-  std::vector<std::uint64_t> around;  ///< A row of one, and of what is next to it.
+  std::vector<std::uint64_t> sets;  ///< Per region rows x words: its cells. All zero outside `rows`.
   struct Rows {
     int top;
     int bottom;
   };
-  std::vector<Rows> rows;  ///< Per region.
-  AlignedVector<float> least;
-  AlignedVector<std::int32_t> nearest;
+  std::vector<Rows> rows;         ///< Per region.
+  std::size_t words_of_set = 0;   ///< Of each of the sets.
+  std::size_t words_of_row = 0;
+  /// Of one row of cells.
+  struct Task {
+    std::vector<std::uint64_t> around;  ///< A region's cells and what is next to them.
+    AlignedVector<float> least;
+    AlignedVector<std::int32_t> nearest;
+  };
+  std::vector<Task> tasks;
 };
 
 /// Gives cells to the plane they fit best among those of their 3 x 3, and fits again, twice.
-void reassign_borders(const Grid& grid, ReassignBuffers& buffers, Regions& regions);
+void reassign_borders(const Grid& grid, int threads, ReassignBuffers& buffers, Regions& regions);
 
 /// Says how certain each region is, whose cells reassign_borders has left in its buffers, and drops those with less than
 /// `min_confidence`.
-void judge_regions(const Grid& grid, double min_confidence, const ReassignBuffers& reassigned, JudgeBuffers& buffers,
-                   Regions& regions);
+void judge_regions(const Grid& grid, double min_confidence, int threads, const ReassignBuffers& reassigned,
+                   JudgeBuffersOfTasks& buffers, Regions& regions);
 
 }  // namespace fransac::cells

@@ -29,8 +29,8 @@ constexpr std::array<SeedBlock, 2> kSeedBlocks{{{{3, 3, 1, 1, 7}, 9}, {{2, 2, 1,
 
 class Grower {
  public:
-  Grower(const Grid& grid, RegionBuffers& buffers, JudgeBuffers& judge, Regions& regions)
-      : grid_(grid), b_(buffers), regions_(regions), spread_(grid, buffers.spread), judge_(grid, judge) {
+  Grower(const Grid& grid, int threads, RegionBuffers& buffers, JudgeBuffers& judge, Regions& regions)
+      : grid_(grid), threads_(threads), b_(buffers), regions_(regions), spread_(grid, buffers.spread), judge_(grid, judge) {
     regions.list.clear();
     regions.owner.assign(grid.size(), kNobody);
     b_.tried.assign(grid.size(), 0);
@@ -87,11 +87,11 @@ class Grower {
     const auto square = [](double x) { return static_cast<float>(x * x); };
     const float usable_noise = square(kC.sigmas);
     const float usable_length = square(grid_.noise.near_m) + square(kC.flat_m / 3.0);
-    for (int r = 0; r < grid_.rows; ++r) {
+    for_each_row(threads_, grid_, [&](int r) {
       const int i = grid_.index(r, 0);
       kernels::measure_blocks(grid_.arrays(i), b_.weight.data() + i, grid_.sigma.data() + i, at(grid_.columns), block,
                               usable_noise, usable_length, b_.flatness.data() + i);
-    }
+    });
     b_.candidates.resize(grid_.size());
     std::size_t count = 0;
     for (int r = 0; r < grid_.rows; ++r) {
@@ -170,22 +170,25 @@ class Grower {
     if (cells_ < least_members) return give_up();
     // Whether it is a plane or not, its cells have been looked at.
     spread_.claim();
-    spread_.for_each([&](int i) { b_.weight[at(i)] = 0.0F; });
     Region region;
     region.moments = moments_;
     region.fit = plane;
     region.cells = cells_;
-    spread_.for_each([&](int i) { region.add(grid_, i); });
-    if (!judge_.may_be_plane(region, spread_.set())) return;
-    const auto id = static_cast<std::int16_t>(regions_.list.size());
-    spread_.for_each([&](int i) { regions_.owner[at(i)] = id; });
-    regions_.list.push_back(region);
+    region.sum_errors(grid_, spread_.set());
+    const bool may_be_plane = judge_.may_be_plane(region, spread_.set());
+    const std::int16_t owner = may_be_plane ? static_cast<std::int16_t>(regions_.list.size()) : kNobody;
+    spread_.for_each([&](int i) {
+      b_.weight[at(i)] = 0.0F;
+      regions_.owner[at(i)] = owner;
+    });
+    if (may_be_plane) regions_.list.push_back(region);
   }
 
   /// More planes than labels; it bounds the memory for pairs of them.
   static constexpr std::size_t kMostRegions = 1024;
 
   const Grid& grid_;
+  int threads_;
   RegionBuffers& b_;
   Regions& regions_;
   Spread spread_;
@@ -196,9 +199,9 @@ class Grower {
 
 }  // namespace
 
-void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers, JudgeBuffers& judge,
-                  Regions& regions) {
-  Grower grower(grid, buffers, judge, regions);
+void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, int threads, RegionBuffers& buffers,
+                  JudgeBuffers& judge, Regions& regions) {
+  Grower grower(grid, threads, buffers, judge, regions);
   grower.run(expected);
   for (const SeedBlock& block : kSeedBlocks) grower.run(block);
 }

@@ -29,13 +29,13 @@ struct Region {
   double confidence = 1.0;
   bool alive = true;
 
-  /// Adds a cell to the sums that are not moments.
-  void add(const Grid& grid, int cell) {
-    const auto i = static_cast<std::size_t>(cell);
-    const auto sigma = static_cast<double>(grid.sigma[i]);
-    const auto q = static_cast<double>(grid.q[i]);
-    variance += sigma * sigma;
-    q4 += q * q * q * q;
+  /// Makes the sums that are not moments, over the region's cells.
+  void sum_errors(const Grid& grid, const CellSet& set) {
+    const int first = grid.index(set.top, 0);
+    const kernels::CellSetErrors sums =
+        kernels::sum_errors(grid.arrays(first), grid.sigma.data() + first, set.bits, set.rows(), grid.words);
+    variance = static_cast<double>(sums.variance);
+    q4 = static_cast<double>(sums.q4);
   }
   /// One sigma of a pixel, root mean square over the cells.
   [[nodiscard]] double sigma() const { return std::sqrt(variance / std::max(cells, 1)); }
@@ -67,7 +67,7 @@ struct ExpectedPlane {
 };
 
 /// Grows regions from what is expected, then from the flattest places. Keeps those that may be planes, or pieces of one.
-void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, RegionBuffers& buffers, JudgeBuffers& judge,
-                  Regions& regions);
+void grow_regions(const Grid& grid, std::span<const ExpectedPlane> expected, int threads, RegionBuffers& buffers,
+                  JudgeBuffers& judge, Regions& regions);
 
 }  // namespace fransac::cells
