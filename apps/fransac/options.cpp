@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "errors.hpp"
+#include "fransac/core/point_cloud.hpp"
 #include "fransac/io/sensor_json.hpp"
 #include "numbers.hpp"
 
@@ -116,7 +117,10 @@ bool read_value(const OptionInfo& info, const std::string& text, T& value) {
     return true;
   } else if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
     const auto vector = parse_vector(text);
-    if (!vector || !vector->allFinite() || (!is_position(info) && vector->isZero(0.0))) return false;
+    if (!vector) return false;
+    const bool valid =
+        is_position(info) ? validate_position(*vector, info.name).ok() : vector->allFinite() && !vector->isZero(0.0);
+    if (!valid) return false;
     value = *vector;
     return true;
   } else if constexpr (Named<T>) {

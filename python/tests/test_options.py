@@ -99,7 +99,8 @@ def test_wrong_values(name, wall, camera):
             call(name, 1, wall, camera)
     else:
         assert "Sequence" in kind
-        for bad in (*([] if name == "sensor_position" else [(0, 0, 0)]), (1, 2), (1, 2, float("nan")), numpy.zeros(4)):
+        out_of_range = (0, 1e31, 0) if name == "sensor_position" else (0, 0, 0)
+        for bad in (out_of_range, (1, 2), (1, 2, float("nan")), numpy.zeros(4)):
             with pytest.raises(ValueError, match=f"^{name}: "):
                 call(name, bad, wall, camera)
         with pytest.raises(TypeError, match=f"^{name}: "):

@@ -3,7 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <string>
+
+#include "core/caught.hpp"
+#include "core/number_text.hpp"
 
 namespace fransac {
 
@@ -43,6 +48,30 @@ void PointCloud::pad() {
     std::fill(axis->begin() + static_cast<std::ptrdiff_t>(size_), axis->begin() + static_cast<std::ptrdiff_t>(padded_size()),
               kNaN);
   }
+}
+
+Status validate_position(const Eigen::Vector3d& position, std::string_view name) try {
+  if ((position.array().abs() <= kMaxCoordinate_m).all()) return {};  // false for NaN
+  return Error{ErrorCode::invalid_argument,
+               std::string(name) + ": must be finite, with no coordinate beyond " + number_text(kMaxCoordinate_m) + " m"};
+} catch (const std::exception& exception) {
+  return caught(exception, "position");
+}
+
+Status validate(const PointCloud& cloud) try {
+  if (cloud.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+    return Error{ErrorCode::unsupported,
+                 "point cloud: " + std::to_string(cloud.size()) + " points; at most 2^31 - 1 are supported"};
+  }
+  const std::size_t organised_size =
+      static_cast<std::size_t>(std::max(cloud.width, 0)) * static_cast<std::size_t>(std::max(cloud.height, 0));
+  if (cloud.organised() && organised_size != cloud.size()) {
+    return Error{ErrorCode::invalid_argument, "point cloud: width x height is not its number of points"};
+  }
+  if (Status status = validate_position(cloud.origin, "point cloud: origin"); !status) return status;
+  return cloud.sensor_position ? validate_position(*cloud.sensor_position, "point cloud: sensor position") : Status();
+} catch (const std::exception& exception) {
+  return caught(exception, "point cloud");
 }
 
 }  // namespace fransac

@@ -12,6 +12,7 @@
 #include "core/caught.hpp"
 #include "filter/voxel_grid_scratch.hpp"
 #include "fransac/core/parallel.hpp"
+#include "fransac/core/point_cloud.hpp"
 #include "kernels/points.h"
 
 namespace fransac {
@@ -452,8 +453,7 @@ void clear(const Eigen::Vector3d& origin_m, VoxelGrid& grid) {
 }
 
 Status check_leaf_size(double leaf_size_m) {
-  constexpr double kLargest_m = 1e30;  // the middle of a larger leaf may be no float
-  if (leaf_size_m > 0.0 && leaf_size_m <= kLargest_m) return {};
+  if (leaf_size_m > 0.0 && leaf_size_m <= kMaxCoordinate_m) return {};  // the middle of a larger leaf may be no float
   return Error{ErrorCode::invalid_argument, "leaf-size: must be a positive number of metres, at most 1e30"};
 }
 

@@ -77,6 +77,11 @@ Result<std::string> encode_cloud(const std::filesystem::path& file, const PointC
                         std::to_string(size) + " labels for " + std::to_string(cloud.size()) + " points");
     }
     if (cloud.empty()) return file_error(ErrorCode::no_data, file.native(), "the cloud to write has no points");
+    if (cloud.sensor_position) {
+      if (const Status status = validate_position(*cloud.sensor_position, "sensor position"); !status) {
+        return file_error(status.error().code, file.native(), status.error().message);
+      }
+    }
     const cloud_formats::LabelledCloud labelled{cloud, labels, obstacles};
     if (extension == ".ply") return cloud_formats::encode_ply(labelled, encoding);
     return cloud_formats::encode_pcd(labelled, encoding, file.string());

@@ -232,6 +232,8 @@ Status read_viewpoint(const Entries& entries, Header& header, const std::string&
     }
     if (i < 3) translation[static_cast<Eigen::Index>(i)] = *number;
   }
+  if (const Status status = validate_position(translation, "VIEWPOINT"); !status)
+    return format_error(name, status.error().message);
   if (!translation.isZero(0.0)) header.sensor_position = translation;
   return {};
 }

@@ -264,6 +264,12 @@ Result<Obstacles> find_obstacles(const PointCloud& cloud, const Segmentation& se
                                  const AxisLimits* limits) try {
   const auto start = std::chrono::steady_clock::now();
   if (Status status = validate(options); !status) return status.error();
+  if (Status status = validate(cloud); !status) return status.error();
+  if (segmentation.sensor_position) {
+    if (Status status = validate_position(*segmentation.sensor_position, "segmentation: sensor position"); !status) {
+      return status.error();
+    }
+  }
   if (segmentation.labels.size() != cloud.size()) {
     return Error{ErrorCode::invalid_argument, "the segmentation's size is not the cloud's"};
   }

@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "core/number_text.hpp"
+#include "fransac/core/point_cloud.hpp"
 #include "fransac/planes/options.hpp"
 
 namespace fransac {
@@ -27,9 +28,12 @@ struct RangeCheck {
     if (value) (*this)(info, *value);
   }
   void operator()(const OptionInfo& info, const Eigen::Vector3d& vector) {
-    if (!status || (vector.allFinite() && (is_position(info) || !vector.isZero(0.0)))) return;
-    status = Error{ErrorCode::invalid_argument,
-                   full_name(info) + (is_position(info) ? ": must be finite" : ": must be finite and not zero")};
+    if (!status) return;
+    if (is_position(info)) {
+      status = validate_position(vector, full_name(info));
+    } else if (!vector.allFinite() || vector.isZero(0.0)) {
+      status = Error{ErrorCode::invalid_argument, full_name(info) + ": must be finite and not zero"};
+    }
   }
   template <class T>
   void operator()(const OptionInfo& info, const T& value) {

@@ -68,20 +68,6 @@ Status check(const DepthView& depth, const Camera& camera) {
                                                 " pixels, the depth image has " + size(depth.width(), depth.height())};
 }
 
-Status check(const PointCloud& cloud) {
-  if (cloud.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    return Error{ErrorCode::unsupported,
-                 "point cloud: " + std::to_string(cloud.size()) + " points; at most 2^31 - 1 are supported"};
-  }
-  const std::size_t organised_size =
-      static_cast<std::size_t>(std::max(cloud.width, 0)) * static_cast<std::size_t>(std::max(cloud.height, 0));
-  if (cloud.organised() && organised_size != cloud.size()) {
-    return Error{ErrorCode::invalid_argument, "point cloud: width x height is not its number of points"};
-  }
-  if (!cloud.origin.allFinite()) return Error{ErrorCode::invalid_argument, "point cloud: origin must be finite"};
-  return {};
-}
-
 sac::RansacOptions ransac_options(const SegmentOptions& options) {
   sac::RansacOptions r;
   r.probability = options.ransac.probability;
@@ -341,7 +327,7 @@ struct CloudSource {
   const PointCloud& cloud;
   static constexpr bool kDepthImage = false;
 
-  [[nodiscard]] Status check() const { return fransac::check(cloud); }
+  [[nodiscard]] Status check() const { return validate(cloud); }
   [[nodiscard]] int width() const { return cloud.organised() ? cloud.width : static_cast<int>(cloud.size()); }
   [[nodiscard]] int height() const { return cloud.organised() ? cloud.height : 1; }
   void set_up(const SegmentOptions& options, Segmentation& s) const { fransac::set_up(options, cloud, s); }
@@ -512,9 +498,11 @@ Status segment_source(const Source& source, const SegmentOptions& options, Works
 /// `cells`, or what `automatic` makes of the cloud: its depth image is segmented where there is one.
 Status segment_organised(const PointCloud& cloud, const SegmentOptions& options, Workspace& workspace,
                          Segmentation& segmentation) try {
-  if (Status status = validate(options); !status) {  // the distortion too, which is left out below
+  Status valid = validate(options);  // the distortion too, which is left out below
+  if (valid) valid = validate(cloud);
+  if (!valid) {
     reset(segmentation, Method::cells, 0, 0);
-    return status;
+    return valid;
   }
   Timing before;
   StageClock clock(before);

@@ -10,6 +10,7 @@
 
 #include "core/caught.hpp"
 #include "fransac/core/labels.hpp"
+#include "fransac/core/printable.hpp"
 #include "synth/picture.hpp"
 #include "synth/scenes.hpp"
 #include "synth/sensors.hpp"
@@ -26,7 +27,7 @@ Status check(const SynthOptions& options) {
   if (detail::find_scene(options.scene) == nullptr) {
     std::string known;
     for (const std::string_view name : scene_names()) known.append(known.empty() ? "" : ", ").append(name);
-    return error("unknown scene \"" + options.scene + "\"; known scenes: " + known);
+    return error("unknown scene " + quoted_text(options.scene) + "; known scenes: " + known);
   }
   if (Status status = validate(options.camera); !status) return status;
   if (index(options.camera.width) * index(options.camera.height) > kMaxPixels) {

@@ -212,6 +212,12 @@ TEST_F(Failures, OfChecks) {
       "camera", [&] { return validate(bad_camera); }, ErrorCode::invalid_argument);
   expect_no_throw(
       "depth", [] { return validate(DepthView()); }, ErrorCode::invalid_argument);
+  PointCloud bad_cloud;
+  bad_cloud.sensor_position = Eigen::Vector3d(0.0, 0.0, 1e31);
+  expect_no_throw(
+      "cloud", [&] { return validate(bad_cloud); }, ErrorCode::invalid_argument);
+  expect_no_throw(
+      "position", [&] { return validate_position(*bad_cloud.sensor_position, "sensor position"); }, ErrorCode::invalid_argument);
   expect_no_throw(
       "distortion", [] { return validate(Distortion{.width = -1, .height = 4}); }, ErrorCode::invalid_argument);
   expect_no_throw(

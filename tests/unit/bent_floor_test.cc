@@ -188,6 +188,24 @@ TEST(BentFloor, ASpeckAsSlowNoiseMakesItIsFloor) {
   }
 }
 
+TEST(BentFloor, AGroupIsFloorWhereThreeQuartersOfItJoinTheFloor) {
+  // Four cells in a row, of which so many are as low as slow noise makes floors.
+  for (const int joining : {2, 3}) {
+    BentView view;
+    view.planes.slow_noise = {.quadratic_per_m = 3.0 * kKinectNoise_per_m};
+    const FloorError error(view.planes, view.planes.planes.front(), view.planes.noise, 4.0);
+    const double pixel_m = error.pixel_m(view.foot(328, 302));
+    view.raise([&](int u, int v, double) {
+      if (u < 320 || u >= 336 || v < 300 || v >= 304) return 0.0;
+      return (u < 320 + 4 * joining ? 5.0 : 9.0) * pixel_m;
+    });
+    ASSERT_LT(9.0 * pixel_m, error.most_m(view.foot(328, 302)));
+    const Obstacles found = view.find();
+    EXPECT_EQ(found.labels[view.index(322, 302)], joining == 2 ? 1 : 0);
+    EXPECT_EQ(found.obstacles.size(), joining == 2 ? 1U : 0U);
+  }
+}
+
 TEST(BentFloor, AFarPlaneOfTheFloorIsSupportAtAGrazingAngleOnly) {
   BentView view;
   view.planes.slow_noise = {.quadratic_per_m = 2.0 * kKinectNoise_per_m};

@@ -391,6 +391,8 @@ TEST(Pcd, TheViewpointIsWhereTheSensorWas) {
   EXPECT_THAT(error_of(with("VIEWPOINT 0 0 0")), HasSubstr("VIEWPOINT has 3 values, expected 7"));
   EXPECT_THAT(error_of(with("VIEWPOINT 0 0 x 1 0 0 0")), HasSubstr("VIEWPOINT 'x' is not a finite number"));
   EXPECT_THAT(error_of(with("VIEWPOINT 0 0 0 nan 0 0 0")), HasSubstr("VIEWPOINT 'nan' is not a finite number"));
+  EXPECT_EQ(decode(with("VIEWPOINT 0 -1e30 0 1 0 0 0"))->sensor_position, Eigen::Vector3d(0.0, -1e30, 0.0));
+  EXPECT_THAT(error_of(with("VIEWPOINT 0 -1.1e30 0 1 0 0 0")), HasSubstr("VIEWPOINT: must be finite, with no coordinate beyond"));
 }
 
 TEST(Pcd, WrongBodiesAreNamed) {
@@ -547,6 +549,10 @@ TEST_F(CloudFile, ThePositionOfTheSensorIsKeptAndHasTheUnitOfTheCoordinates) {
     EXPECT_EQ(read_cloud(path)->sensor_position, cloud.sensor_position);
     EXPECT_EQ(read_cloud(path, 0.5)->sensor_position, Eigen::Vector3d(0.5, -1.0, 0.25));
   }
+  cloud.sensor_position->y() = std::nan("");  // no reader takes it
+  const Status status = write_cloud(file("seen.pcd"), cloud, {}, CloudEncoding::ascii);
+  ASSERT_FALSE(status.ok());
+  EXPECT_THAT(status.error().message, HasSubstr("seen.pcd: sensor position: must be finite"));
 }
 
 TEST_F(CloudFile, UnitIsThatOfTheCoordinates) {

@@ -357,6 +357,29 @@ TEST(CloudObstacles, DistancesAndTheGroundAreFromTheSensor) {
   EXPECT_NEAR(found->obstacles[0].box.centre.x(), at_origin->obstacles[0].box.centre.x() - 1.0, 1e-6);
 }
 
+TEST(CloudObstacles, TheSensorsPositionAndTheOriginAreFiniteAndNotTooFar) {
+  Scene scene;
+  scene.add_block({0.0, 0.98, 1.5}, 5, 5, 5);
+  for (const double far_m : {kMaxCoordinate_m, -kMaxCoordinate_m}) {
+    scene.segmentation.sensor_position = Eigen::Vector3d(0.0, 0.0, far_m);
+    const auto found = scene.find();
+    ASSERT_TRUE(found.ok());
+    EXPECT_TRUE(found->ground.origin.allFinite());
+    EXPECT_TRUE(std::isfinite(found->support_plane.d));
+  }
+  for (const double wrong : {1.01 * kMaxCoordinate_m, std::numeric_limits<double>::infinity(), std::nan("")}) {
+    scene.segmentation.sensor_position = Eigen::Vector3d(0.0, wrong, 0.0);
+    const auto found = scene.find();
+    ASSERT_FALSE(found.ok()) << wrong;
+    EXPECT_EQ(found.error().code, ErrorCode::invalid_argument);
+    EXPECT_THAT(found.error().message, HasSubstr("segmentation: sensor position: must be finite"));
+    scene.segmentation.sensor_position.reset();
+    PointCloud cloud = testing::cloud_of(scene.points);
+    cloud.origin.x() = wrong;
+    EXPECT_THAT(find_obstacles(cloud, scene.segmentation).error().message, HasSubstr("point cloud: origin"));
+  }
+}
+
 TEST(CloudObstacles, WithoutASupportAllIsAnObstacleAndSizesMustAgree) {
   Scene scene;
   const auto expect_all = [&](SupportReason reason) {

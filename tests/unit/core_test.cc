@@ -285,6 +285,31 @@ TEST(PointCloud, FiniteLooksAtEveryAxis) {
   for (std::size_t i = 1; i < 4; ++i) EXPECT_FALSE(cloud.finite(i));
 }
 
+TEST(PointCloud, PositionsAreFiniteAndNoFartherThanNumbersReach) {
+  for (int axis = 0; axis < 3; ++axis) {
+    PointCloud cloud = testing::cloud_of({{1, 2, 3}});
+    for (const double valid : {0.0, -kMaxCoordinate_m, kMaxCoordinate_m}) {
+      cloud.origin[axis] = valid;
+      cloud.sensor_position = cloud.origin;
+      EXPECT_TRUE(validate(cloud)) << valid;
+    }
+    for (const double wrong : {1.01 * kMaxCoordinate_m, -1.01 * kMaxCoordinate_m, kInf, -kInf, kNaN}) {
+      Vector3d position = Vector3d::Zero();
+      position[axis] = wrong;
+      const Status status = validate_position(position, "place");
+      ASSERT_FALSE(status) << wrong;
+      EXPECT_EQ(status.error().code, ErrorCode::invalid_argument);
+      EXPECT_EQ(status.error().message, "place: must be finite, with no coordinate beyond 1e+30 m");
+      cloud.origin = position;
+      cloud.sensor_position.reset();
+      EXPECT_THAT(validate(cloud).error().message, HasSubstr("point cloud: origin: must be finite"));
+      cloud.origin.setZero();
+      cloud.sensor_position = position;
+      EXPECT_THAT(validate(cloud).error().message, HasSubstr("point cloud: sensor position: must be finite"));
+    }
+  }
+}
+
 // ---- depth images ----
 
 TEST(DepthView, Uint16InMetres) {

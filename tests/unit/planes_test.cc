@@ -683,6 +683,8 @@ TEST(SegmentErrors, AbsurdOptionsAreNamed) {
       {"min-confidence", [](SegmentOptions& o) { o.cells.min_confidence = -0.01; }},
       {"min-confidence", [](SegmentOptions& o) { o.cells.min_confidence = 1.01; }},
       {"min-confidence", [](SegmentOptions& o) { o.cells.min_confidence = kNaN; }},
+      {"sensor-position", [](SegmentOptions& o) { o.sensor_position = Vector3d(0, kNaN, 0); }},
+      {"sensor-position", [](SegmentOptions& o) { o.sensor_position = Vector3d(0, 0, -1.01 * kMaxCoordinate_m); }},
       {"saturated", [](SegmentOptions& o) { o.saturated = -1; }},
       {"saturated", [](SegmentOptions& o) { o.saturated = 65536; }},
       {"parallel-to", [](SegmentOptions& o) { o.cells.parallel_to = Vector3d::Zero(); }},

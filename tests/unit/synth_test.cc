@@ -748,6 +748,8 @@ TEST(Render, ErrorsNameTheCulprit) {
   };
   const std::string unknown = message({.scene = "moon"});
   EXPECT_THAT(unknown, HasSubstr("moon"));
+  EXPECT_THAT(message({.scene = "mo\non"}), HasSubstr("'mo\\x0aon'"));
+  EXPECT_LT(message({.scene = std::string(100000, 'm')}).size(), 2000U);
   for (const std::string_view name : scene_names()) EXPECT_THAT(unknown, HasSubstr(std::string(name)));
   EXPECT_THAT(message({.frame = -1}), HasSubstr("frame"));
   SynthOptions options;

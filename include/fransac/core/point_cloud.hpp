@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "fransac/core/aligned.hpp"
 #include "fransac/core/result.hpp"
@@ -65,9 +66,9 @@ class PointCloud {
   /// Sets the i-th point, relative to `origin`.
   void set(std::size_t i, const Eigen::Vector3f& local_point);
 
-  /// Metres; added to every coordinate.
+  /// Metres, none beyond kMaxCoordinate_m; added to every coordinate.
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  /// Where the sensor was, in the coordinates of the input, metres. Unset: unknown.
+  /// Where the sensor was, in the coordinates of the input, metres, none beyond kMaxCoordinate_m. Unset: unknown.
   std::optional<Eigen::Vector3d> sensor_position;
   /// Organised clouds: columns, width * height == size(). Unorganised: height 1 (width = size()) or both 0.
   int width = 0;
@@ -89,5 +90,16 @@ class PointCloud {
   AlignedVector<float> z_;
   std::size_t size_ = 0;
 };
+
+/// Largest coordinate of a position, metres: a float, and products of two are finite in double.
+inline constexpr double kMaxCoordinate_m = 1e30;
+
+/// Whether a position in the input's coordinates, such as a sensor's, is finite and no coordinate is beyond kMaxCoordinate_m.
+/// Errors: invalid_argument, with `name` before the message.
+Status validate_position(const Eigen::Vector3d& position, std::string_view name);
+
+/// Whether a cloud's size, origin and sensor position can be worked with. Errors: invalid_argument; unsupported for more than
+/// 2^31 - 1 points.
+Status validate(const PointCloud& cloud);
 
 }  // namespace fransac

@@ -214,7 +214,8 @@ Status find_obstacles(const DepthView& depth, const Camera& camera, const Segmen
 /// Where the method that found the planes knows no noise, heights up to that of the farthest of the support's own points are
 /// none. Segmentation::sensor_position counts as the camera, or the origin where that is not known: it is above the support
 /// (unless Segmentation::up says otherwise), and distances are from there.
-/// Errors: invalid_argument (options, sizes that differ, a cluster distance too small for the cloud's extent), out_of_memory.
+/// Errors: invalid_argument (options, cloud, the sensor's position, sizes that differ, a cluster distance too small for the
+/// cloud's extent), out_of_memory.
 Result<Obstacles> find_obstacles(const PointCloud& cloud, const Segmentation& segmentation, const ObstacleOptions& options = {},
                                  const AxisLimits* limits = nullptr);
 

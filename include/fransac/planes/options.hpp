@@ -93,7 +93,7 @@ struct SegmentOptions {
   /// walls. Unset: `cells` estimates it from the planes of a depth image, the others tell no kinds.
   std::optional<Eigen::Vector3d> up;
   /// Where the sensor was, in the input's coordinates, metres: floors are below it, ceilings above. Unset: the origin of a depth
-  /// image and of a cloud that `cells` takes, else PointCloud::sensor_position.
+  /// image and of a cloud that `cells` takes, else PointCloud::sensor_position. No coordinate is beyond kMaxCoordinate_m.
   std::optional<Eigen::Vector3d> sensor_position;
   PassThroughOptions pass_through;  ///< Which points take part.
   VoxelGridOptions voxel_grid;      ///< Of the methods that have one.
