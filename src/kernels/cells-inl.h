@@ -136,7 +136,7 @@ struct alignas(64) Batch {
   float q[kStrips][kSide * kStrip];  ///< Inverse depth, per raw unit, as all below; 0 where nothing was measured.
   std::uint64_t measured[kStrips];
   // Sums over a cell's measurements, columns and rows counted from 0; the first five are whole numbers.
-  float n[kCells];
+  alignas(64) float n[kCells];
   float u[kCells];
   float v[kCells];
   float uu[kCells];
