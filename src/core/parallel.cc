@@ -56,13 +56,19 @@ class Team : public std::enable_shared_from_this<Team> {
     for (std::size_t first = 0; first < n; first += kMostIndices) run_some(first, std::min(n - first, kMostIndices), body);
   }
 
-  /// Until it is closed as often, helpers look for work, and find it within a microsecond.
+  /// Until it is closed as often, helpers look for work, and find it within a microsecond. Where one cannot be had, the others do
+  /// its work.
   void open(int threads) {
     if (opened_++ > 0) return;
     is_open_.store(true, std::memory_order_relaxed);
     for (int helpers = helpers_.load(std::memory_order_relaxed); helpers < threads - 1; ++helpers) {
       helpers_.fetch_add(1, std::memory_order_relaxed);
-      start([team = shared_from_this()] { team->help(); });
+      try {
+        start([team = shared_from_this()] { team->help(); });
+      } catch (...) {
+        helpers_.fetch_sub(1, std::memory_order_relaxed);
+        return;
+      }
     }
   }
   void close() {
