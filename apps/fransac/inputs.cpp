@@ -25,7 +25,7 @@ io::Dataset open_frames(const std::string& name, InputOptions& options) {
   options.files.reads(dataset);
   const auto& camera = options.camera;
   const bool is_file = camera && std::filesystem::exists(*camera);
-  const std::optional<Camera> known = camera && !is_file ? io::tum_camera(camera->string()) : std::nullopt;
+  const std::optional<Camera> known = camera && !is_file ? io::camera_preset(camera->string()) : std::nullopt;
   if (is_file) options.files.reads(*camera);
   for (io::FrameFiles& frame : dataset.frames) {
     frame.limits = options.limits();

@@ -384,8 +384,8 @@ void add_input_options(Command& command, InputOptions& inputs) {
                .value = "FILE|NAME",
                .help =
                    "intrinsics instead of the frames' own: a camera.json, ROS's, Open3D's, RealSense's or ORB-SLAM's file, or "
-                   "freiburg1, freiburg2, freiburg3 of the TUM benchmark",
-               .words = {"freiburg1", "freiburg2", "freiburg3"},
+                   "a preset: kinect1, or freiburg1, freiburg2, freiburg3 of the TUM benchmark",
+               .words = {"kinect1", "freiburg1", "freiburg2", "freiburg3"},
                .take = [&inputs](const std::string& text) { inputs.camera = text; }});
   const OptionInfo scale{"depth-scale", "", "raw units of depth per metre, instead of what cameras say: 1000 for millimetres",
                          1.0, 1e6};

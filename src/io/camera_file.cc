@@ -394,4 +394,10 @@ std::optional<Camera> tum_camera(std::string_view name) {
   return kCameras[static_cast<std::size_t>(digits[0] - '1')];
 }
 
+std::optional<Camera> camera_preset(std::string_view name) {
+  // The default of ROS's OpenNI driver, as the TUM benchmark's file-format page lists it.
+  if (name == "kinect1") return Camera{640, 480, 525.0, 525.0, 319.5, 239.5, 1000.0};
+  return tum_camera(name);
+}
+
 }  // namespace fransac::io

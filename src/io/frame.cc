@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdint>
 #include <system_error>
 #include <utility>
 
@@ -25,16 +26,26 @@ Result<Camera> read_pinhole(const fs::path& file) {
   return pinhole_of(*read, file.string());
 }
 
+/// A known camera that delivers images of another size with the same aspect ratio; otherwise the camera as it is.
+Camera resized(const Camera& camera, int width, int height) {
+  if (std::int64_t{camera.width} * height != std::int64_t{camera.height} * width) return camera;
+  const double scale = static_cast<double>(width) / camera.width;
+  // Pixel centres are at whole numbers.
+  const auto centre = [&](double c) { return (c + 0.5) * scale - 0.5; };
+  return {width, height, scale * camera.fx, scale * camera.fy, centre(camera.cx), centre(camera.cy), camera.depth_scale};
+}
+
 Result<Camera> camera_of(const FrameFiles& files, const std::optional<fs::path>& camera_file, const DepthView& depth) {
   const std::optional<fs::path>& source = camera_file ? camera_file : files.camera_file;
   if (!source && !files.camera) {
     const std::string searched =
         files.timestamp_s ? "camera.json or camera.yaml in the sequence's folder, which is not named after freiburg1..3"
                           : printable((files.depth.parent_path() / "camera.json").native()) + " or camera.yaml";
-    return file_error(ErrorCode::no_data, files.depth.native(),
-                      "no camera: there is no " + searched + ", and none was given (--camera)");
+    return file_error(
+        ErrorCode::no_data, files.depth.native(),
+        "no camera: there is no " + searched + ", and none was given (--camera FILE, or a preset such as --camera kinect1)");
   }
-  Result<Camera> camera = source ? read_pinhole(*source) : *files.camera;
+  Result<Camera> camera = source ? read_pinhole(*source) : resized(*files.camera, depth.width(), depth.height());
   if (camera && (camera->width != depth.width() || camera->height != depth.height())) {
     return format_error(source.value_or(files.depth).native(), "the camera is for " + size_text(camera->width, camera->height) +
                                                                    " pixels, but " + printable(files.depth.native()) + " has " +

@@ -337,5 +337,11 @@ TEST(TumCamera, KnowsTheThreeCamerasByEachName) {
     EXPECT_FALSE(tum_camera(name)) << name;
 }
 
+TEST(CameraPreset, KnowsKinectAndTheCamerasOfTum) {
+  EXPECT_EQ(camera_preset("kinect1"), (Camera{640, 480, 525.0, 525.0, 319.5, 239.5, 1000.0}));
+  EXPECT_EQ(camera_preset("fr1"), kCamera);
+  for (const char* name : {"", "kinect", "kinect12", "kinect1.json"}) EXPECT_FALSE(camera_preset(name)) << name;
+}
+
 }  // namespace
 }  // namespace fransac::io

@@ -455,6 +455,18 @@ TEST(Tum, ListsByTimeWithPicturesAndPublishedCamera) {
   EXPECT_EQ(list_frames(folder / sequence / "depth/10.5.png")->frames[0].camera, tum_camera("fr2"));
 }
 
+TEST(Load, ScalesKnownCamerasToTheImage) {
+  const TemporaryFolder folder;
+  write_depth(folder / "depth.png");
+  FrameFiles files = list_frames(folder / "depth.png")->frames[0];
+  files.camera = Camera{8, 6, 10.0, 12.0, 3.5, 2.0, 5000.0};
+  const auto frame = load_frame(files);
+  ASSERT_TRUE(frame.ok()) << frame.error().message;
+  EXPECT_EQ(frame->camera, (Camera{4, 3, 5.0, 6.0, 1.5, 0.75, 5000.0}));
+  files.camera->width = 9;
+  EXPECT_THAT(load_frame(files).error().message, HasSubstr("the camera is for 9x6 pixels, but"));
+}
+
 TEST(Tum, FoldersOfFramesKeepTheirTruth) {
   const TemporaryFolder folder;
   FrameToWrite frame = whole_frame();

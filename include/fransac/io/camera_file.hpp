@@ -45,4 +45,8 @@ std::string camera_to_json(const Camera& camera);
 /// Source: Sturm et al., "A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS 2012, and the benchmark's file-format page.
 std::optional<Camera> tum_camera(std::string_view name);
 
+/// Nominal intrinsics by name: "kinect1" (640x480, millimetres), and tum_camera's. A calibration of the device itself is better.
+/// Nothing for another name.
+std::optional<Camera> camera_preset(std::string_view name);
+
 }  // namespace fransac::io

@@ -54,7 +54,7 @@ struct FrameFiles {
   std::optional<std::filesystem::path> regions;      ///< gt_seg.png, 8 bit: regions as Hoover et al. (1996) number them.
   std::optional<std::filesystem::path> truth;        ///< truth.json with plane coefficients.
   std::optional<std::filesystem::path> camera_file;  ///< As read_camera_file() knows it.
-  std::optional<Camera> camera;                      ///< Known without a file (TUM).
+  std::optional<Camera> camera;                      ///< Known without a file; scaled to an image of the same aspect ratio.
   std::optional<double> timestamp_s;                 ///< Of a sequence.
   std::optional<int> floor;                          ///< The floor's label, where dataset.json tells it.
   std::optional<double> depth_scale;                 ///< Raw units per metre, instead of the camera's.
